@@ -6,8 +6,8 @@
  * SysTick has 24 bits and runs at 25 MHz: with -icount shift=6 up to 10 million
  * instructions to the last one, with shift=0 up to 600 million to the next
  * 40. */
-#ifndef BENCH_COUNTER_H
-#define BENCH_COUNTER_H
+#ifndef TESTS_BENCH_COUNTER_H
+#define TESTS_BENCH_COUNTER_H
 
 #include <stdint.h>
 

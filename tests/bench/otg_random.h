@@ -5,8 +5,8 @@
  * (1e-6) still have 22 bits.  Integers only: the same problems on a PC and on
  * a microcontroller.  Every start but those of START_VIOLATES and every goal
  * is one that a motion inside the limits can have. */
-#ifndef BENCH_OTG_RANDOM_H
-#define BENCH_OTG_RANDOM_H
+#ifndef TESTS_BENCH_OTG_RANDOM_H
+#define TESTS_BENCH_OTG_RANDOM_H
 
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 /* tests/bench/ruckig_side.h - Ruckig as otg_beside.c sees it, in C. */
-#ifndef BENCH_RUCKIG_SIDE_H
-#define BENCH_RUCKIG_SIDE_H
+#ifndef TESTS_BENCH_RUCKIG_SIDE_H
+#define TESTS_BENCH_RUCKIG_SIDE_H
 
 #define RUCKIG_AXES_MOST 7
 

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "firmware/host/base/crc32.h"
-#include "firmware/host/move/compiled.h"
-#include "firmware/host/move/track_file_bytes.h"
+#include "firmware/host/track/compiled.h"
+#include "firmware/host/track/track_file_bytes.h"
 #include "firmware/linux/base/disk.h"
 #include "tests/fuzz/fuzz.h"
 

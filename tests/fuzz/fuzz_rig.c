@@ -1,5 +1,5 @@
 /* tests/fuzz/fuzz_rig.c - rig.yaml, and what is computed from it alone. */
-#include "firmware/host/move/budget.h"
+#include "firmware/host/job/budget.h"
 #include "firmware/host/rig/rig.h"
 #include "firmware/linux/base/disk.h"
 #include "tests/fuzz/fuzz.h"

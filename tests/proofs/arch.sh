@@ -53,9 +53,9 @@ rule 'firmware/linux/[^/]*' 'firmware/linux/commands/command.h' any
 # too, but for the plots that cairo draws.
 host='hal/([^/]*|(support|can|canopen|modbus|gpio|drive)/.*)|motion/.*'
 known=
-for room in library host/base host/timecode host/yaml host/device host/rig host/fault host/move host/exchange \
-    host/recording host/plot studio/wasm \
-    linux/base linux/machine linux/batch linux/fmu linux/service linux/tools studio/server; do
+for room in library host/base host/timecode host/yaml host/device host/rig host/fault \
+    host/track host/move host/job host/exchange host/recording host/plot studio/wasm \
+    linux/base linux/machine linux/player linux/batch linux/fmu linux/service linux/tools studio/server; do
     known=$known${known:+|}$room
     below='(hal|sim|motion)/.*' headers=any
     case $room in

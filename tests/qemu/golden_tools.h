@@ -1,8 +1,8 @@
 /* tests/qemu/golden_tools.h - what every golden image needs: a seeded generator
  * (xorshift), a hash (FNV-1a, by words) of everything a producer gives out, and
  * the line that reports it. */
-#ifndef QEMU_GOLDEN_TOOLS_H
-#define QEMU_GOLDEN_TOOLS_H
+#ifndef TESTS_QEMU_GOLDEN_TOOLS_H
+#define TESTS_QEMU_GOLDEN_TOOLS_H
 
 #include <stdint.h>
 

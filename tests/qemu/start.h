@@ -1,8 +1,8 @@
 /* tests/qemu/start.h - what a bare-metal test image gets from start_*.c: a
  * start-up that calls main, a way to print and a way to end.  The host that
  * runs the image in QEMU listens through semihosting. */
-#ifndef QEMU_START_H
-#define QEMU_START_H
+#ifndef TESTS_QEMU_START_H
+#define TESTS_QEMU_START_H
 
 #include <stdint.h>
 

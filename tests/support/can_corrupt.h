@@ -4,8 +4,8 @@
  * another node, of another kind, is turned into a refusal, or comes with one
  * that nobody sent.  What is sent goes through.  Every corruption is one that a CRC
  * does not see: no bit of a value is changed. */
-#ifndef TESTS_SUPPORT_CAN_HARM_H
-#define TESTS_SUPPORT_CAN_HARM_H
+#ifndef TESTS_SUPPORT_CAN_CORRUPT_H
+#define TESTS_SUPPORT_CAN_CORRUPT_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "motion/core/fixed.h"
 
 struct fake_key {

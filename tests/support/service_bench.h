@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #include "firmware/host/base/crc32.h"
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/service/control.h"

@@ -10,7 +10,7 @@
 
 #include "firmware/host/base/units.h"
 #include "firmware/host/exchange/import_text.h"
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/host/rig/rig.h"
 
 #define IMPORT_COLUMNS_MAX 64

@@ -7,7 +7,7 @@
 #ifndef FIRMWARE_HOST_PLOT_PLOT_H
 #define FIRMWARE_HOST_PLOT_PLOT_H
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/host/plot/plot_page.h"
 #include "firmware/host/recording/trace.h"
 

@@ -3,8 +3,8 @@
 #include <math.h>
 
 #include "firmware/host/base/number.h"
-#include "firmware/host/move/compiled.h"
 #include "firmware/host/plot/plot_panel.h"
+#include "firmware/host/track/compiled.h"
 #include "motion/core/fixed.h"
 
 bool plot_is_path(const struct plot_panel *panel)

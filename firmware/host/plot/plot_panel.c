@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "firmware/host/base/number.h"
-#include "firmware/host/move/path_report.h"
+#include "firmware/host/job/path_report.h"
 #include "firmware/host/plot/plot_style.h"
 #include "motion/core/fixed.h"
 

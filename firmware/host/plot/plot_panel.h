@@ -3,7 +3,7 @@
 #ifndef FIRMWARE_HOST_PLOT_PLOT_PANEL_H
 #define FIRMWARE_HOST_PLOT_PLOT_PANEL_H
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/host/plot/chart.h"
 #include "firmware/host/recording/trace.h"
 

@@ -7,7 +7,7 @@
 #ifndef FIRMWARE_HOST_PLOT_PLOT_SPACE_H
 #define FIRMWARE_HOST_PLOT_PLOT_SPACE_H
 
-#include "firmware/host/move/job_camera.h"
+#include "firmware/host/job/job_camera.h"
 #include "firmware/host/plot/plot_page.h"
 
 /* Of a job with a camera (job_camera_rig).  As plot_page_write. */

@@ -2,8 +2,8 @@
  *
  * A line on stderr, kept for the JSON object that --json gives when a command
  * fails before it has a report of its own. */
-#ifndef FIRMWARE_HOST_BASE_ERROR_H
-#define FIRMWARE_HOST_BASE_ERROR_H
+#ifndef FIRMWARE_LINUX_BASE_ERROR_H
+#define FIRMWARE_LINUX_BASE_ERROR_H
 
 #include "firmware/host/base/messages.h"
 #include "firmware/host/base/status.h"

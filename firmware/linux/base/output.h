@@ -9,8 +9,8 @@
  *
  * A recording is another matter: it has its own name while it grows, and none
  * that is there is replaced. */
-#ifndef FIRMWARE_HOST_BASE_OUTPUT_H
-#define FIRMWARE_HOST_BASE_OUTPUT_H
+#ifndef FIRMWARE_LINUX_BASE_OUTPUT_H
+#define FIRMWARE_LINUX_BASE_OUTPUT_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -18,7 +18,7 @@
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/batch/batch_table.h"
-#include "firmware/linux/machine/player.h"
+#include "firmware/linux/player/player.h"
 
 #define RUN_LOOK_NS 50000000 /* from one look at the processes to the next */
 

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "motion/plan/plan_progress.h"
 
 /* As job_open, of RIG MOVE or one directory, with every message on stderr.

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
-#include "firmware/host/move/budget.h"
+#include "firmware/host/job/budget.h"
 #include "firmware/linux/base/disk.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/err.h"

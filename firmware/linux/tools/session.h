@@ -1,7 +1,7 @@
 /* firmware/linux/tools/session.h - one drive to be asked: an axis of a rig, or a
  * node of an interface, whatever it speaks.  Nothing here makes it move. */
-#ifndef FIRMWARE_LINUX_TOOLS_TALK_H
-#define FIRMWARE_LINUX_TOOLS_TALK_H
+#ifndef FIRMWARE_LINUX_TOOLS_SESSION_H
+#define FIRMWARE_LINUX_TOOLS_SESSION_H
 
 #include "firmware/host/device/eds.h"
 #include "firmware/linux/tools/bench.h"

@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "firmware/host/base/number.h"
-#include "firmware/host/move/job_camera.h"
+#include "firmware/host/job/job_camera.h"
 #include "firmware/studio/wasm/plan.h"
 
 #define BODY_STEPS  48  /* of a rail, whatever its shape */

@@ -8,9 +8,9 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/memory.h"
+#include "firmware/host/job/repair.h"
 #include "firmware/host/move/move_edit.h"
 #include "firmware/host/move/move_load.h"
-#include "firmware/host/move/repair.h"
 #include "firmware/studio/wasm/plan.h"
 
 #define EDIT_OPERATIONS_MAX 100000

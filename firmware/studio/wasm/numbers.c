@@ -3,7 +3,7 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/move/job_camera.h"
+#include "firmware/host/job/job_camera.h"
 #include "firmware/studio/wasm/plan.h"
 #include "motion/core/fixed.h"
 

@@ -7,7 +7,7 @@
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/move/budget.h"
+#include "firmware/host/job/budget.h"
 #include "motion/core/clock_warp.h"
 
 #define PLAN_HASH_START  UINT64_C(14695981039346656037)

@@ -8,7 +8,7 @@
 #ifndef FIRMWARE_STUDIO_WASM_PLAN_H
 #define FIRMWARE_STUDIO_WASM_PLAN_H
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/studio/wasm/store.h"
 
 /* Also reachable from outside of the module. */

@@ -1,7 +1,7 @@
 /* motion/plan/camera/plan_bake.h - tracks that follow from other tracks: borders where
  * one of these has some, and the baking. */
-#ifndef MOTION_PLAN_PLAN_BAKE_H
-#define MOTION_PLAN_PLAN_BAKE_H
+#ifndef MOTION_PLAN_CAMERA_PLAN_BAKE_H
+#define MOTION_PLAN_CAMERA_PLAN_BAKE_H
 
 #include "motion/curve/bake.h"
 #include "motion/plan/rig/jet.h"

@@ -5,8 +5,8 @@
  * with `up` on top; pan is positive to the left, tilt upwards, roll clockwise
  * as the camera sees it (motion/path/head.h).  What it looks at and how its
  * horizon lies is motion/path/lookat.h and frame.h. */
-#ifndef MOTION_PLAN_PLAN_CAMERA_H
-#define MOTION_PLAN_PLAN_CAMERA_H
+#ifndef MOTION_PLAN_CAMERA_PLAN_CAMERA_H
+#define MOTION_PLAN_CAMERA_PLAN_CAMERA_H
 
 #include "motion/path/head.h"
 #include "motion/path/lookat.h"

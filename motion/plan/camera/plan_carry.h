@@ -8,8 +8,8 @@
  *     J q' = p'      J q'' = p'' - (d/dt J) q'
  *
  * both by least squares, as a slider has fewer axes than space. */
-#ifndef MOTION_PLAN_PLAN_CARRY_H
-#define MOTION_PLAN_PLAN_CARRY_H
+#ifndef MOTION_PLAN_CAMERA_PLAN_CARRY_H
+#define MOTION_PLAN_CAMERA_PLAN_CARRY_H
 
 #include "motion/plan/path/plan_path.h"
 #include "motion/plan/rig/plan_rig.h"

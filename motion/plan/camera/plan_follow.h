@@ -8,8 +8,8 @@
  *
  * All are functions of the tracks that the other axes have, with derivatives
  * (plan_rig.h), and are baked. */
-#ifndef MOTION_PLAN_PLAN_FOLLOW_H
-#define MOTION_PLAN_PLAN_FOLLOW_H
+#ifndef MOTION_PLAN_CAMERA_PLAN_FOLLOW_H
+#define MOTION_PLAN_CAMERA_PLAN_FOLLOW_H
 
 #include "motion/plan/camera/plan_camera.h"
 

@@ -1,7 +1,7 @@
 /* motion/plan/camera/plan_frames.h - a camera that looks along its path, with the
  * horizon of the path's own frame (motion/path/frame.h). */
-#ifndef MOTION_PLAN_PLAN_FRAMES_H
-#define MOTION_PLAN_PLAN_FRAMES_H
+#ifndef MOTION_PLAN_CAMERA_PLAN_FRAMES_H
+#define MOTION_PLAN_CAMERA_PLAN_FRAMES_H
 
 #include "motion/number/quat.h"
 #include "motion/path/frame.h"

@@ -1,7 +1,7 @@
 /* motion/plan/camera/plan_orient.h - a head that turns through keyed orientations, in
  * time or along a path.  The keys and what they mean: plan_camera.h. */
-#ifndef MOTION_PLAN_PLAN_ORIENT_H
-#define MOTION_PLAN_PLAN_ORIENT_H
+#ifndef MOTION_PLAN_CAMERA_PLAN_ORIENT_H
+#define MOTION_PLAN_CAMERA_PLAN_ORIENT_H
 
 #include "motion/plan/camera/plan_camera.h"
 #include "motion/plan/path/plan_space.h"

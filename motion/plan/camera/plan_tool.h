@@ -5,8 +5,8 @@
  * point with its horizon level, or keeps its directions.  The first joints are
  * those of motion/kinematics/arm.h nearest to where the path says, which chooses
  * the branch, and from there they go on without a jump (plan_arm.h). */
-#ifndef MOTION_PLAN_PLAN_TOOL_H
-#define MOTION_PLAN_PLAN_TOOL_H
+#ifndef MOTION_PLAN_CAMERA_PLAN_TOOL_H
+#define MOTION_PLAN_CAMERA_PLAN_TOOL_H
 
 #include "motion/plan/path/plan_path.h"
 #include "motion/plan/rig/plan_rig.h"

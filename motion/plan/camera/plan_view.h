@@ -1,7 +1,7 @@
 /* motion/plan/camera/plan_view.h - which way the head of a camera turns at a distance
  * along its path, with derivatives. */
-#ifndef MOTION_PLAN_PLAN_VIEW_H
-#define MOTION_PLAN_PLAN_VIEW_H
+#ifndef MOTION_PLAN_CAMERA_PLAN_VIEW_H
+#define MOTION_PLAN_CAMERA_PLAN_VIEW_H
 
 #include "motion/curve/bake.h"
 #include "motion/plan/camera/plan_camera.h"

@@ -19,8 +19,8 @@
  * No duration removes a step of velocity or acceleration, or brings a position
  * back into its range: such moves are refused.  New times are whole
  * microseconds.  Off-line only: uses the heap. */
-#ifndef MOTION_PLAN_FIT_H
-#define MOTION_PLAN_FIT_H
+#ifndef MOTION_PLAN_FIT_FIT_H
+#define MOTION_PLAN_FIT_FIT_H
 
 #include "motion/plan/fit/fit_peak.h"
 #include "motion/plan/move.h"

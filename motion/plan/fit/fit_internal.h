@@ -1,6 +1,6 @@
 /* motion/plan/fit/fit_internal.h - what the files of fit.h share. */
-#ifndef MOTION_PLAN_FIT_INTERNAL_H
-#define MOTION_PLAN_FIT_INTERNAL_H
+#ifndef MOTION_PLAN_FIT_FIT_INTERNAL_H
+#define MOTION_PLAN_FIT_FIT_INTERNAL_H
 
 #include <stdbool.h>
 

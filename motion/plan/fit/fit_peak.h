@@ -4,8 +4,8 @@
  * Time stretched by s divides velocity by s, acceleration by s^2 and jerk by
  * s^3, so the smallest stretch that fits is
  *     max(1, ratio_v, sqrt(ratio_a), cbrt(ratio_j)),  ratio = peak / limit. */
-#ifndef MOTION_PLAN_FIT_PEAK_H
-#define MOTION_PLAN_FIT_PEAK_H
+#ifndef MOTION_PLAN_FIT_FIT_PEAK_H
+#define MOTION_PLAN_FIT_FIT_PEAK_H
 
 /* Velocity, acceleration, jerk: order - 1. */
 #define PLAN_FIT_ORDERS 3

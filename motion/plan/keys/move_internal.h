@@ -1,6 +1,6 @@
 /* motion/plan/keys/move_internal.h - what the files of move.h share. */
-#ifndef MOTION_PLAN_MOVE_INTERNAL_H
-#define MOTION_PLAN_MOVE_INTERNAL_H
+#ifndef MOTION_PLAN_KEYS_MOVE_INTERNAL_H
+#define MOTION_PLAN_KEYS_MOVE_INTERNAL_H
 
 #include "motion/plan/plan_memo.h"
 

@@ -1,7 +1,7 @@
 /* motion/plan/path/plan_fastest.h - a path that is run as fast as the limits of its
  * axes allow.  See plan_path.h for what is asked. */
-#ifndef MOTION_PLAN_PLAN_FASTEST_H
-#define MOTION_PLAN_PLAN_FASTEST_H
+#ifndef MOTION_PLAN_PATH_PLAN_FASTEST_H
+#define MOTION_PLAN_PATH_PLAN_FASTEST_H
 
 #include "motion/plan/path/plan_path.h"
 

@@ -6,8 +6,8 @@
  * the square root of the distance, each axis in shares of its velocity limit
  * (centripetal, Lee, Choosing nodes in parametric curve interpolation, CAD 21
  * (1989)); plan_timing.h then finds the time. */
-#ifndef MOTION_PLAN_PLAN_JOINTS_H
-#define MOTION_PLAN_PLAN_JOINTS_H
+#ifndef MOTION_PLAN_PATH_PLAN_JOINTS_H
+#define MOTION_PLAN_PATH_PLAN_JOINTS_H
 
 #include "motion/plan/move.h"
 

@@ -1,7 +1,7 @@
 /* motion/plan/path/plan_path.h - axes that are driven together along a curve in
  * space, at the speed of a law: P(U(S(t))), motion/path/path.h. */
-#ifndef MOTION_PLAN_PLAN_PATH_H
-#define MOTION_PLAN_PLAN_PATH_H
+#ifndef MOTION_PLAN_PATH_PLAN_PATH_H
+#define MOTION_PLAN_PATH_PLAN_PATH_H
 
 #include "motion/plan/path/plan_space.h"
 #include "motion/plan/path/plan_speed_law.h"

@@ -4,8 +4,8 @@
  * coordinate a curve of move.h over that parameter, and the whole its table of
  * arc lengths (motion/path/arclen.h).  What follows asks by length alone.
  * Off-line: uses the heap. */
-#ifndef MOTION_PLAN_PLAN_SPACE_H
-#define MOTION_PLAN_PLAN_SPACE_H
+#ifndef MOTION_PLAN_PATH_PLAN_SPACE_H
+#define MOTION_PLAN_PATH_PLAN_SPACE_H
 
 #include "motion/number/vec.h"
 #include "motion/path/arclen.h"

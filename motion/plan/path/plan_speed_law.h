@@ -3,8 +3,8 @@
  * A list of parts (motion/path/speed_law.h), one after the other.  One of them
  * may take what the others leave of the path's length; speeds are matched where
  * two join. */
-#ifndef MOTION_PLAN_PLAN_SPEED_LAW_H
-#define MOTION_PLAN_PLAN_SPEED_LAW_H
+#ifndef MOTION_PLAN_PATH_PLAN_SPEED_LAW_H
+#define MOTION_PLAN_PATH_PLAN_SPEED_LAW_H
 
 #include "motion/number/real.h"
 #include "motion/path/speed_law.h"

@@ -17,8 +17,8 @@
  * coordinate, would be 60e-16 p / h^3 of jerk in a quintic h long.
  *
  * Off-line: double and heap. */
-#ifndef MOTION_PLAN_PLAN_TIMING_H
-#define MOTION_PLAN_PLAN_TIMING_H
+#ifndef MOTION_PLAN_PATH_PLAN_TIMING_H
+#define MOTION_PLAN_PATH_PLAN_TIMING_H
 
 #include "motion/number/real.h"
 #include "motion/plan/move.h"

@@ -12,8 +12,8 @@
  * Sine, cosine and angles are those of motion/number/trig.h: C libraries differ
  * in the last bit of theirs, and with it a move would from one machine to the
  * next. */
-#ifndef MOTION_PLAN_JET_H
-#define MOTION_PLAN_JET_H
+#ifndef MOTION_PLAN_RIG_JET_H
+#define MOTION_PLAN_RIG_JET_H
 
 #include <math.h>
 

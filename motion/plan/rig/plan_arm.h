@@ -3,8 +3,8 @@
  *
  * What the arm is made of is motion/kinematics/arm.h, whose geometry this is.
  * Joints here are in radian, those that slide in the unit of length. */
-#ifndef MOTION_PLAN_PLAN_ARM_H
-#define MOTION_PLAN_PLAN_ARM_H
+#ifndef MOTION_PLAN_RIG_PLAN_ARM_H
+#define MOTION_PLAN_RIG_PLAN_ARM_H
 
 #include "motion/plan/rig/plan_rig.h"
 

@@ -4,8 +4,8 @@
  * What the rig is made of is motion/kinematics/rig.h, whose geometry this is in
  * jets (jet.h); here it is told which axis is which.  Lengths in the unit of the
  * carrier's axes, angles in degrees on axes and in radian in jets. */
-#ifndef MOTION_PLAN_PLAN_RIG_H
-#define MOTION_PLAN_PLAN_RIG_H
+#ifndef MOTION_PLAN_RIG_PLAN_RIG_H
+#define MOTION_PLAN_RIG_PLAN_RIG_H
 
 #include "motion/kinematics/arm.h"
 #include "motion/kinematics/rig.h"

@@ -15,8 +15,8 @@
  * vibration at the planned speed.
  * Source: N. Singer, W. Seering, Preshaping Command Inputs to Reduce System
  * Vibration, J. Dyn. Sys. Meas. Control 112 (1990). */
-#ifndef MOTION_PLAN_PLAN_SHAPE_H
-#define MOTION_PLAN_PLAN_SHAPE_H
+#ifndef MOTION_PLAN_SHAPER_PLAN_SHAPE_H
+#define MOTION_PLAN_SHAPER_PLAN_SHAPE_H
 
 #include "motion/plan/compose.h"
 #include "motion/plan/shaper/shaper.h"

@@ -22,8 +22,8 @@
  * Generate Shaped Inputs, J. Mech. Design 116 (1994); W. Singhose, E. Crain,
  * W. Seering, Convolved and Simultaneous Two-Mode Input Shapers, IEE Proc. 144
  * (1997), with the closed form of the two-hump EI shaper. */
-#ifndef MOTION_PLAN_SHAPER_H
-#define MOTION_PLAN_SHAPER_H
+#ifndef MOTION_PLAN_SHAPER_SHAPER_H
+#define MOTION_PLAN_SHAPER_SHAPER_H
 
 #include "motion/core/shaper.h"
 #include "motion/plan/move.h"

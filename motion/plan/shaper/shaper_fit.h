@@ -9,8 +9,8 @@
  * peak of the periodogram on, by the simplex method.
  * Sources: G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973); J. Nelder,
  * R. Mead, Computer J. 7 (1965). */
-#ifndef MOTION_PLAN_SHAPER_FIT_H
-#define MOTION_PLAN_SHAPER_FIT_H
+#ifndef MOTION_PLAN_SHAPER_SHAPER_FIT_H
+#define MOTION_PLAN_SHAPER_SHAPER_FIT_H
 
 #include <stdint.h>
 

@@ -5,8 +5,8 @@
  * one line into shots: times on the path, increasing, known before anything
  * moves.  Hold, override and stop act on the path's time and so on the shots.
  * Off-line only: uses the heap. */
-#ifndef MOTION_PLAN_PLAN_EVENT_H
-#define MOTION_PLAN_PLAN_EVENT_H
+#ifndef MOTION_PLAN_SHOOT_PLAN_EVENT_H
+#define MOTION_PLAN_SHOOT_PLAN_EVENT_H
 
 #include "motion/plan/compose.h"
 

@@ -22,8 +22,8 @@
  *
  * Source: R. Edlund et al., Go-Motion (US patent 4,353,634 and others, ILM); the
  * quintic: T. Flash, N. Hogan, J. Neuroscience 5 (1985), eq. 3. */
-#ifndef MOTION_PLAN_PLAN_SHOOT_H
-#define MOTION_PLAN_PLAN_SHOOT_H
+#ifndef MOTION_PLAN_SHOOT_PLAN_SHOOT_H
+#define MOTION_PLAN_SHOOT_PLAN_SHOOT_H
 
 #include "motion/plan/move.h"
 

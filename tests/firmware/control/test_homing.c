@@ -3,7 +3,7 @@
  * state. */
 #include <string.h>
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "motion/core/fixed.h"

@@ -16,7 +16,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/machine/kind.h"
 #include "motion/core/fixed.h"

@@ -8,9 +8,9 @@
 #include <string.h>
 
 #include "firmware/host/base/crc32.h"
-#include "firmware/host/move/compiled.h"
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/host/rig/modbus_stream.h"
+#include "firmware/host/track/compiled.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/mcu/map.h"
 

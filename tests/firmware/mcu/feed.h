@@ -6,7 +6,7 @@
 #ifndef TESTS_FIRMWARE_MCU_FEED_H
 #define TESTS_FIRMWARE_MCU_FEED_H
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/mcu/piece.h"
 
 struct feed_rows {

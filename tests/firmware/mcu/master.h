@@ -2,8 +2,8 @@
  *
  * Every call repeats what got no answer; a refusal is final.  0, or -1 with a
  * line on stderr. */
-#ifndef MCU_MASTER_H
-#define MCU_MASTER_H
+#ifndef TESTS_FIRMWARE_MCU_MASTER_H
+#define TESTS_FIRMWARE_MCU_MASTER_H
 
 #include <modbus.h>
 #include <stdbool.h>

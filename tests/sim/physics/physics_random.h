@@ -1,7 +1,7 @@
 /* tests/sim/physics/physics_random.h - random parameters, from a seed that is
  * printed. */
-#ifndef TESTS_SIM_PHYSICS_RANDOM_H
-#define TESTS_SIM_PHYSICS_RANDOM_H
+#ifndef TESTS_SIM_PHYSICS_PHYSICS_RANDOM_H
+#define TESTS_SIM_PHYSICS_PHYSICS_RANDOM_H
 
 #include <math.h>
 #include <setjmp.h>

@@ -5,14 +5,14 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/move/budget.h"
-#include "firmware/host/move/job.h"
-#include "firmware/host/move/path_report.h"
+#include "firmware/host/job/budget.h"
+#include "firmware/host/job/job.h"
+#include "firmware/host/job/path_report.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
-#include "firmware/linux/machine/shots.h"
+#include "firmware/linux/player/shots.h"
 #include "motion/core/clock_warp.h"
 
 static void cmd_check_json(const struct job *job, bool fits)

@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
-#include "firmware/host/move/job.h"
-#include "firmware/host/move/track_file.h"
+#include "firmware/host/job/job.h"
+#include "firmware/host/track/track_file.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"

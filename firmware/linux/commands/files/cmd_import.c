@@ -6,7 +6,7 @@
 #include "firmware/host/base/number.h"
 #include "firmware/host/exchange/import.h"
 #include "firmware/host/exchange/import_fit.h"
-#include "firmware/host/move/compare.h"
+#include "firmware/host/job/compare.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"

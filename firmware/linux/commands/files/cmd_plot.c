@@ -4,8 +4,8 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/move/compare.h"
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/compare.h"
+#include "firmware/host/job/job.h"
 #include "firmware/host/recording/mcap_reader.h"
 #include "firmware/host/recording/record_files.h"
 #include "firmware/host/recording/telemetry.h"

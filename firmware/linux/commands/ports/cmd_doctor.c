@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"

@@ -7,7 +7,7 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/memory.h"
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/command.h"

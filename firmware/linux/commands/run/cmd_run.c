@@ -5,9 +5,9 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/move/budget.h"
-#include "firmware/host/move/compiled.h"
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/budget.h"
+#include "firmware/host/job/job.h"
+#include "firmware/host/track/compiled.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/interrupt.h"
@@ -20,8 +20,8 @@
 #include "firmware/linux/commands/run/run_service.h"
 #include "firmware/linux/commands/run/run_when.h"
 #include "firmware/linux/machine/modbus_record.h"
-#include "firmware/linux/machine/player.h"
-#include "firmware/linux/machine/run_follow.h"
+#include "firmware/linux/player/player.h"
+#include "firmware/linux/player/run_follow.h"
 
 #define CMD_RUN_RESUME_NS INT64_C(1000000000) /* when not given */
 

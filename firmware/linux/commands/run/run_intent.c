@@ -6,11 +6,11 @@
 
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
-#include "firmware/host/move/budget.h"
-#include "firmware/host/move/compiled.h"
+#include "firmware/host/job/budget.h"
 #include "firmware/host/rig/modbus_budget.h"
+#include "firmware/host/track/compiled.h"
 #include "firmware/linux/base/json_print.h"
-#include "firmware/linux/machine/shots.h"
+#include "firmware/linux/player/shots.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
 

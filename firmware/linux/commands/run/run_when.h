@@ -3,9 +3,9 @@
 #ifndef FIRMWARE_LINUX_COMMANDS_RUN_RUN_WHEN_H
 #define FIRMWARE_LINUX_COMMANDS_RUN_RUN_WHEN_H
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/machine/run_follow.h"
+#include "firmware/linux/player/run_follow.h"
 
 struct run_when {
     const struct options *options;

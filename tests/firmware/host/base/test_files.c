@@ -5,7 +5,7 @@
 #include <errno.h>
 #include <string.h>
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "tests/support/check.h"
 
 /* --- files without a disk --- */

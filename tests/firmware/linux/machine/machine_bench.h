@@ -3,7 +3,7 @@
 #ifndef TESTS_FIRMWARE_LINUX_MACHINE_MACHINE_BENCH_H
 #define TESTS_FIRMWARE_LINUX_MACHINE_MACHINE_BENCH_H
 
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"

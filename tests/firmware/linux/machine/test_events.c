@@ -6,7 +6,7 @@
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/machine_trigger.h"
-#include "firmware/linux/machine/player.h"
+#include "firmware/linux/player/player.h"
 #include "motion/core/fixed.h"
 #include "tests/support/check.h"
 

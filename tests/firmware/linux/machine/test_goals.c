@@ -8,7 +8,7 @@
 #include <math.h>
 
 #include "firmware/control/jog.h"
-#include "firmware/host/move/job.h"
+#include "firmware/host/job/job.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_sim.h"

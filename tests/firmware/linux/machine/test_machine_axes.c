@@ -5,7 +5,7 @@
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
 #include <string.h>
 
-#include "firmware/host/move/budget.h"
+#include "firmware/host/job/budget.h"
 #include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"

@@ -2,7 +2,7 @@
  * of a CiA 402 drive reaches the drive. */
 #include <string.h>
 
-#include "firmware/host/move/budget.h"
+#include "firmware/host/job/budget.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 

@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "firmware/host/move/budget.h"
+#include "firmware/host/job/budget.h"
 #include "firmware/host/rig/modbus_stream.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 

@@ -1,8 +1,8 @@
 /* tests/hal/drive/turn/turn_bench.h - a drive that takes set points in turns
  * frame by frame: the test plays the port, one
  * cycle per ms. */
-#ifndef TESTS_HAL_DRIVE_TURN_TURNS_BENCH_H
-#define TESTS_HAL_DRIVE_TURN_TURNS_BENCH_H
+#ifndef TESTS_HAL_DRIVE_TURN_TURN_BENCH_H
+#define TESTS_HAL_DRIVE_TURN_TURN_BENCH_H
 
 #include "tests/support/fake_can.h"
 

@@ -10,7 +10,7 @@
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/off.h"
-#include "firmware/linux/machine/player.h"
+#include "firmware/linux/player/player.h"
 #include "tests/support/check.h"
 #include "tests/support/kind/kind.h"
 

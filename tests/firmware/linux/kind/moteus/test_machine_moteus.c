@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/move/budget.h"
+#include "firmware/host/job/budget.h"
 #include "firmware/linux/base/disk.h"
 #include "hal/can/bits.h"
 #include "motion/core/fixed.h"

@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/job/budget.h"
 #include "firmware/host/kind/turn/budget.h"
-#include "firmware/host/move/budget.h"
 #include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"

@@ -1,0 +1,657 @@
+/* firmware/host/job/job.c - see job.h. */
+#include "firmware/host/job/job.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
+#include "firmware/host/job/job_fit.h"
+#include "firmware/host/job/job_goals.h"
+#include "firmware/host/job/job_shape.h"
+#include "firmware/host/track/compiled.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/plan/camera/plan_camera.h"
+
+static const struct {
+    unsigned order;
+    const char *text;
+} job_kind[] = {
+#define JOB_VIOLATION_ROW(name, order, text) { order, text },
+    JOB_VIOLATION_LIST(JOB_VIOLATION_ROW)
+#undef JOB_VIOLATION_ROW
+};
+
+const char *job_violation_text(enum job_violation_kind kind)
+{
+    return job_kind[kind].text;
+}
+
+unsigned job_violation_order(enum job_violation_kind kind)
+{
+    return job_kind[kind].order;
+}
+
+int64_t job_limit_of(const struct plan_limit *limit, unsigned order)
+{
+    return order == 1   ? limit->vel_q32
+           : order == 2 ? limit->acc_q32
+                        : limit->jerk_q32;
+}
+
+const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis)
+{
+    return &job->rig.axis[job->rig_axis[axis]];
+}
+
+bool job_runs_by_drive_profile(const struct job *job, unsigned axis)
+{
+    return job_rig_axis(job, axis)->point_to_point;
+}
+
+uint32_t job_line(const struct plan_axis *axis, uint32_t key)
+{
+    return axis->key_count > 0 ? axis->key[key].place.line : axis->place.line;
+}
+
+int job_axis_index(const struct job *job, const char *name)
+{
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        if (strcmp(job->move.axis[i].name, name) == 0)
+            return (int)i;
+    return -1;
+}
+
+int64_t job_peak(const struct motion_track *track,
+                 enum motion_quantity quantity, int64_t *t_ns_q12)
+{
+    struct motion_extreme extreme;
+    motion_track_extreme(track, quantity, &extreme);
+    bool low = motion_fixed_abs(extreme.min) > motion_fixed_abs(extreme.max);
+    if (t_ns_q12 != NULL)
+        *t_ns_q12 = low ? extreme.min_ns_q12 : extreme.max_ns_q12;
+    uint64_t peak = motion_fixed_abs(low ? extreme.min : extreme.max);
+    return peak > INT64_MAX ? INT64_MAX : (int64_t)peak;
+}
+
+static enum status job_fail(struct job *job, const char *what)
+{
+    messages_add(&job->messages, MESSAGE_ERROR, "%s: %s", job->move_path, what);
+    return STATUS_INPUT;
+}
+
+/* A drive that may go on when nobody is heard is said before anything moves. */
+static void job_say_unsupervised(const char *path, const struct rig *rig,
+                                 struct messages *messages)
+{
+    for (uint32_t i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].kind == RIG_CIA402 && rig->axis[i].unsupervised)
+            messages_add(
+                messages, MESSAGE_WARNING,
+                "%s: %s is unsupervised: where its drive lacks 0x1016, "
+                "0x6007 or 0x6066, nothing but its torque-off input stops "
+                "it when slew is silent",
+                path, rig->axis[i].name);
+}
+
+enum status job_read_rig(const struct files *files, const char *path,
+                         struct rig *rig, struct messages *messages)
+{
+    char message[YAML_MESSAGE_MAX];
+    if (rig_load(files, path, rig, message) < 0) {
+        messages_add(messages, MESSAGE_ERROR, "%s", message);
+        return STATUS_INPUT;
+    }
+    job_say_unsupervised(path, rig, messages);
+    return STATUS_OK;
+}
+
+/* "file:line:column: key 3 of axis pan: what is wrong"; a sentence of a planner
+ * says itself what it is about. */
+static enum status job_plan_fail(struct job *job,
+                                 const struct plan_error *error)
+{
+    messages_add(&job->messages, MESSAGE_ERROR, "%s:%u:%u: %s", job->move_path,
+                 error->place.line, error->place.column,
+                 error->text[0] != 0 ? error->text
+                                     : motion_err_text(error->code));
+    return STATUS_INPUT;
+}
+
+/* What is right but hardly wanted. */
+static void job_remark(struct job *job, const struct plan_axis *axis,
+                       const struct motion_track *track)
+{
+    char text[160];
+
+    if (plan_axis_remark(axis, track, text))
+        messages_add(&job->messages, MESSAGE_WARNING, "%s:%u:%u: warning: %s",
+                     job->move_path, axis->place.line, axis->place.column,
+                     text);
+}
+
+static enum status job_find_axes(struct job *job)
+{
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        int found = rig_axis_index(&job->rig, job->move.axis[i].name);
+        if (found < 0)
+            return job_fail(job, "names an axis the rig lacks");
+        job->rig_axis[i] = (unsigned)found;
+    }
+    return STATUS_OK;
+}
+
+static enum status job_plan_events(struct job *job)
+{
+    struct plan_error error = { .code = MOTION_OK };
+    for (uint32_t i = 0; i < job->rig.line_count; i++)
+        if (plan_shots_make(&job->move, job->track, &job->outcome, i,
+                            &job->shots[i], &error) < 0)
+            return job_plan_fail(job, &error);
+    return STATUS_OK;
+}
+
+static enum status job_plan(struct job *job)
+{
+    struct plan_error error = { .code = MOTION_OK };
+    enum status status = job_find_axes(job);
+    if (status == STATUS_OK)
+        status = job_goals_request(job);
+    if (status != STATUS_OK)
+        return status;
+    if (plan_compose_again(
+            &job->move, job->former != NULL ? job->former->memo : NULL,
+            job->memo, job->track, &job->outcome, job->progress, &error) < 0)
+        return job_plan_fail(job, &error);
+    job->planned = job->move.axis_count;
+    for (unsigned i = 0; i < job->planned; i++)
+        job_remark(job, &job->move.axis[i], &job->track[i]);
+    status = job_shape(job);
+    if (status != STATUS_OK)
+        return status;
+    for (unsigned i = 0; i < job->planned; i++) {
+        if (job->track[i].end_ns_q12 > job->end_ns_q12)
+            job->end_ns_q12 = job->track[i].end_ns_q12;
+    }
+    job_goals_make(job);
+    return job_plan_events(job);
+}
+
+/* An axis of a compiled move must be one of the rig, in the same unit. */
+static enum status job_take_axis(struct job *job, unsigned i)
+{
+    const struct track_file_axis *axis = &job->compiled->file.axis[i];
+    const int found = rig_axis_index(&job->rig, axis->name);
+    char what[128];
+    if (found < 0) {
+        snprintf(what, sizeof what, "moves axis %s, which the rig lacks",
+                 axis->name);
+        return job_fail(job, what);
+    }
+    if (job->rig.axis[found].point_to_point) {
+        snprintf(what, sizeof what,
+                 "moves axis %s, whose drive goes from key to key by its own "
+                 "profile, "
+                 "expected the move file, which has keys",
+                 axis->name);
+        return job_fail(job, what);
+    }
+    const char *unit = units_axis_text(job->rig.axis[found].unit);
+    if (strcmp(unit, axis->unit) != 0) {
+        snprintf(what, sizeof what,
+                 "axis %s is in %s, expected %s as in the rig", axis->name,
+                 axis->unit, unit);
+        return job_fail(job, what);
+    }
+    job->rig_axis[i] = (unsigned)found;
+    memcpy(job->move.axis[i].name, axis->name, sizeof axis->name);
+    if (axis->end_ns_q12 > job->end_ns_q12)
+        job->end_ns_q12 = axis->end_ns_q12;
+    return STATUS_OK;
+}
+
+void job_capacity(struct job *job, uint32_t axes)
+{
+#define CAPACITY(array, count)                                                 \
+    job->array = memory_pool_new(&job->memory, count, sizeof *job->array)
+    CAPACITY(rig_axis, axes);
+    CAPACITY(track, axes);
+    CAPACITY(goal_count, axes);
+#undef CAPACITY
+    job->goal =
+        memory_pool_new(&job->memory, axes, sizeof(struct controller_goal *));
+}
+
+static enum status job_open_compiled(struct job *job, const struct files *files)
+{
+    char message[TRACK_FILE_MESSAGE_MAX];
+    enum status status = STATUS_OK;
+    job->compiled = compiled_open(files, job->move_path, message);
+    if (job->compiled == NULL)
+        return job_fail(job, message);
+    memcpy(job->move.title, job->compiled->file.title, sizeof job->move.title);
+    if (plan_move_reserve(&job->move, job->compiled->file.axis_count) < 0)
+        memory_fail();
+    job->move.axis_count = job->compiled->file.axis_count;
+    job_capacity(job, job->move.axis_count);
+    job->track = job->compiled->track;
+    for (unsigned i = 0; status == STATUS_OK && i < job->move.axis_count; i++)
+        status = job_take_axis(job, i);
+    return status;
+}
+
+static enum status job_open_move(struct job *job, const struct files *files)
+{
+    char message[YAML_MESSAGE_MAX];
+    if (move_load(files, job->move_path, &job->rig, &job->move, message) < 0) {
+        messages_add(&job->messages, MESSAGE_ERROR, "%s", message);
+        return STATUS_INPUT;
+    }
+    job_capacity(job, job->move.axis_count);
+    return job_plan(job);
+}
+
+static enum status job_open_zeroed(struct job *job, const struct files *files,
+                                   const char *rig_path, const char *move_path,
+                                   bool any)
+{
+    snprintf(job->rig_path, sizeof job->rig_path, "%s", rig_path);
+    snprintf(job->move_path, sizeof job->move_path, "%s", move_path);
+    enum status status =
+        job_read_rig(files, rig_path, &job->rig, &job->messages);
+    if (status != STATUS_OK)
+        return status;
+    job->shots =
+        memory_pool_new(&job->memory, job->rig.line_count, sizeof *job->shots);
+    if (!track_file_is(files, move_path))
+        return job_open_move(job, files);
+    status = job_open_compiled(job, files);
+    if (status == STATUS_OK && !any)
+        return job_fail(job, "is a compiled move, expected the move "
+                             "file itself (compiled ones are for "
+                             "run, sample, check and plot)");
+    return status;
+}
+
+enum status job_open(struct job *job, const struct files *files,
+                     const char *rig_path, const char *move_path, bool any,
+                     const struct plan_progress *progress)
+{
+    memset(job, 0, sizeof *job);
+    job->progress = progress;
+    return job_open_zeroed(job, files, rig_path, move_path, any);
+}
+
+enum status job_open_again(struct job *job, const struct files *files,
+                           const char *rig_path, const char *move_path,
+                           const struct job *former)
+{
+    memset(job, 0, sizeof *job);
+    job->keeps = true;
+    job->former = former;
+    job->memo = memory_new(1, sizeof *job->memo);
+    return job_open_zeroed(job, files, rig_path, move_path, false);
+}
+
+void job_free(struct job *job)
+{
+    for (unsigned i = 0; i < job->planned; i++)
+        plan_track_free(&job->track[i]);
+    for (unsigned i = 0; job->facts != NULL && i < job->planned; i++)
+        memory_free(job->facts[i]);
+    memory_free(job->facts);
+    if (job->memo != NULL)
+        plan_memo_free(job->memo);
+    memory_free(job->memo);
+    plan_outcome_free(&job->outcome);
+    for (unsigned i = 0; job->shots != NULL && i < job->rig.line_count; i++)
+        plan_shots_free(&job->shots[i]);
+    compiled_close(job->compiled);
+    move_free(&job->move);
+    memory_free(job->violation);
+    rig_free(&job->rig);
+    memory_pool_free(&job->memory);
+    messages_free(&job->messages);
+    memset(job, 0, sizeof *job);
+}
+
+/* value / rate, saturating. */
+static int64_t job_over_rate(int64_t value, int64_t rate_q30)
+{
+    int64_t result;
+    if (motion_fixed_muldiv(value, MOTION_CLOCK_WARP_ONE_Q30, rate_q30,
+                            &result) < 0)
+        return INT64_MAX;
+    return result;
+}
+
+void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
+                  struct plan_limit *scaled)
+{
+    *scaled = *limit;
+    if (rate_q30 == MOTION_CLOCK_WARP_ONE_Q30 || rate_q30 <= 0)
+        return;
+    scaled->vel_q32 = job_over_rate(limit->vel_q32, rate_q30);
+    scaled->acc_q32 =
+        job_over_rate(job_over_rate(limit->acc_q32, rate_q30), rate_q30);
+    scaled->jerk_q32 = job_over_rate(
+        job_over_rate(job_over_rate(limit->jerk_q32, rate_q30), rate_q30),
+        rate_q30);
+}
+
+/* The key at or before a time. */
+static uint32_t job_key_before(const struct plan_axis *axis, int64_t t_ns_q12)
+{
+    uint32_t low = 0, high = axis->key_count;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (axis->key[middle].key.t_ns_q12 <= t_ns_q12)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static void job_add(struct job *job, const struct job_violation *violation)
+{
+    /* Room grows at powers of two. */
+    uint32_t count = job->violation_count;
+    if ((count & (count - 1)) == 0)
+        job->violation =
+            memory_resize(job->violation, count == 0 ? 1 : 2 * (size_t)count,
+                          sizeof *job->violation);
+    job->violation[job->violation_count++] = *violation;
+}
+
+/* It goes on after its last key. */
+static bool job_cycles(const struct plan_axis *axis)
+{
+    return axis->key_count > 0 && axis->bezier.after.mode != MOTION_FCURVE_ONCE;
+}
+
+/* A step of velocity at the first or last key has its own sentence; one where a
+ * cycle goes over to the next is a step. */
+static enum job_violation_kind job_kind_of(const struct job *job,
+                                           const struct plan_axis *axis,
+                                           const struct motion_track *track,
+                                           const struct plan_violation *found)
+{
+    const bool keyed = axis->key_count > 0 && !job->outcome.is_bent;
+    const int64_t lag = job->outcome.lag_ns_q12;
+    const int64_t first = keyed ? axis->key[0].key.t_ns_q12 + lag : 0;
+    const int64_t last = keyed && !job_cycles(axis)
+                             ? axis->key[axis->key_count - 1].key.t_ns_q12 + lag
+                             : track->end_ns_q12;
+    if (found->kind != PLAN_VEL_STEP)
+        return (enum job_violation_kind)found->kind;
+    if (found->t_ns_q12 <= (first > 0 ? first : 0))
+        return JOB_START_MOVING;
+    return found->t_ns_q12 >= last ? JOB_END_MOVING : JOB_VEL_STEP;
+}
+
+#define JOB_TELL_EVERY 1024 /* segments: some 10 ms */
+
+/* The segments of an axis, one after the other, and how many there were. */
+struct job_walk {
+    const struct job *job;
+    const struct plan_progress *progress;
+    unsigned axis;
+    uint32_t next, count;
+    struct compiled_walk compiled;
+};
+
+static const struct motion_segment *job_walk_next(void *context)
+{
+    struct job_walk *walk = context;
+    const struct job *job = walk->job;
+    const uint32_t i = walk->next++;
+    if (i % JOB_TELL_EVERY == 0)
+        plan_progress_tell(walk->progress, "judging",
+                           job->move.axis[walk->axis].name, i, walk->count);
+    if (job->compiled != NULL)
+        return compiled_walk_next(&walk->compiled);
+    return i < walk->count ? &job->track[walk->axis].segment[i] : NULL;
+}
+
+static const struct plan_facts *job_walk_facts(void *context)
+{
+    const struct job_walk *walk = context;
+    return &walk->job->facts[walk->axis][walk->next - 1];
+}
+
+static uint32_t job_find(const struct job *job, unsigned i,
+                         const struct plan_limit *limit,
+                         struct plan_violation *found, uint32_t capacity)
+{
+    struct job_walk walk = {
+        .job = job,
+        .progress =
+            capacity == 0 ? job->progress : NULL, /* not a second time */
+        .axis = i,
+        .count = job->compiled != NULL ? job->compiled->file.axis[i].segments
+                                       : job->track[i].count,
+        .compiled = { .compiled = job->compiled, .axis = i },
+    };
+    const struct plan_check_source source = {
+        job_walk_next, &walk, job->facts != NULL ? job_walk_facts : NULL
+    };
+    return plan_check_source(&job->track[i], &source, limit, found, capacity);
+}
+
+/* What a value of the move is when it is played at that rate; saturating. */
+static int64_t job_played(int64_t value, unsigned order, int64_t rate_q30)
+{
+    for (unsigned i = 0; i < order; i++)
+        if (motion_fixed_muldiv(value, rate_q30, MOTION_CLOCK_WARP_ONE_Q30,
+                                &value) < 0)
+            return value < 0 ? -INT64_MAX : INT64_MAX;
+    return value;
+}
+
+/* As the user meets it: the value as it is played, the limit of the rig. */
+static struct job_violation job_violation_of(const struct job *job, unsigned i,
+                                             int64_t rate_q30,
+                                             const struct plan_violation *found)
+{
+    struct job_violation violation = {
+        .axis = i,
+        .kind = job_kind_of(job, &job->move.axis[i], &job->track[i], found),
+        .t_ns_q12 = found->t_ns_q12,
+        .limit = found->limit,
+        .key =
+            job_key_before(&job->move.axis[i],
+                           plan_outcome_time(&job->outcome, found->t_ns_q12)),
+    };
+    const unsigned order = job_violation_order(violation.kind);
+    violation.value = job_played(found->value, order, rate_q30);
+    if (order > 0 && found->limit != 0)
+        violation.limit = job_limit_of(&job_rig_axis(job, i)->limit, order);
+    return violation;
+}
+
+static bool job_is_segment(const struct motion_segment *a,
+                           const struct motion_segment *b)
+{
+    return a->start_ns_q12 == b->start_ns_q12 &&
+           a->dur_ns_q12 == b->dur_ns_q12 && a->pos_q32 == b->pos_q32 &&
+           memcmp(a->coef, b->coef, sizeof a->coef) == 0 &&
+           a->frac == b->frac && a->remainder == b->remainder &&
+           a->degree == b->degree;
+}
+
+/* Both tracks in the order of time. */
+static struct plan_facts *job_facts(const struct motion_track *track,
+                                    const struct motion_track *former,
+                                    const struct plan_facts *known)
+{
+    struct plan_facts *facts =
+        memory_new((size_t)track->count + 1, sizeof *facts);
+    uint32_t k = 0;
+
+    for (uint32_t i = 0; i < track->count; i++) {
+        const struct motion_segment *segment = &track->segment[i];
+        while (known != NULL && k < former->count &&
+               former->segment[k].start_ns_q12 < segment->start_ns_q12)
+            k++;
+        if (known != NULL && k < former->count &&
+            job_is_segment(segment, &former->segment[k]))
+            facts[i] = known[k];
+        else
+            plan_facts_of(segment, &facts[i]);
+    }
+    return facts;
+}
+
+static void job_keep_facts(struct job *job)
+{
+    const struct job *former = job->former;
+    job->facts = memory_new((size_t)job->planned + 1, sizeof(void *));
+    for (unsigned i = 0; i < job->planned; i++) {
+        const int k = former == NULL || former->facts == NULL
+                          ? -1
+                          : job_axis_index(former, job->move.axis[i].name);
+        job->facts[i] = k < 0 ? job_facts(&job->track[i], NULL, NULL)
+                              : job_facts(&job->track[i], &former->track[k],
+                                          former->facts[k]);
+    }
+    job->former = NULL;
+}
+
+static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
+{
+    struct plan_limit limit;
+    job_fit_limit(job, i, &limit);
+    uint32_t count = job_find(job, i, &limit, NULL, 0);
+    if (count == 0)
+        return;
+    struct plan_violation *found = memory_new(count, sizeof *found);
+    job_find(job, i, &limit, found, count);
+    for (uint32_t k = 0; k < count; k++) {
+        const struct job_violation violation =
+            job_violation_of(job, i, rate_q30, &found[k]);
+        job_add(job, &violation);
+    }
+    memory_free(found);
+}
+
+void job_check(struct job *job, int64_t rate_q30)
+{
+    if (rate_q30 < MOTION_CLOCK_WARP_ONE_Q30)
+        rate_q30 = MOTION_CLOCK_WARP_ONE_Q30;
+    job->violation_count = 0;
+    job->rate_q30 = rate_q30;
+    if (job->keeps && job->facts == NULL)
+        job_keep_facts(job);
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        job_check_axis(job, i, rate_q30);
+    plan_progress_end(job->progress);
+}
+
+static void job_print_violation(const struct job *job, struct table *table,
+                                const struct job_violation *violation)
+{
+    const struct plan_axis *axis = &job->move.axis[violation->axis];
+    unsigned order = job_violation_order(violation->kind);
+    char value[NUMBER_MAX], limit[NUMBER_MAX], t[NUMBER_MAX];
+    char unit[NUMBER_UNIT_MAX];
+    number_seconds(t, violation->t_ns_q12);
+    number_short(value, violation->value, 32);
+    number_short(limit, violation->limit, 32);
+    table_cell(table, "%s", axis->name);
+    table_cell(table, "%s s", t);
+    table_cell(table, "%s", value);
+    table_cell(table, "%s", limit);
+    table_cell(
+        table, "%s",
+        number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
+    const uint32_t line = job_line(axis, violation->key);
+    if (axis->key_count > 0)
+        table_cell(table, "%u", violation->key + 1);
+    else
+        table_cell(table, "-");
+    if (line > 0)
+        table_cell(table, "%u", line);
+    else
+        table_cell(table, "-");
+    table_cell(table, "%s", job_violation_text(violation->kind));
+}
+
+/* A head that looks along a path whose curvature steps: no duration helps. */
+static bool job_turns_in_steps(const struct job *job)
+{
+    const struct plan_camera *camera = job->move.camera;
+
+    if (camera == NULL ||
+        (camera->look != PLAN_LOOK_LEVEL &&
+         camera->look != PLAN_LOOK_MINIMISING) ||
+        plan_space_rules(job->move.path->points.curve).smooth >= 2)
+        return false;
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        if (job->violation[i].kind == JOB_VEL_STEP &&
+            job->move.axis[job->violation[i].axis].driver == PLAN_BY_CAMERA)
+            return true;
+    return false;
+}
+
+static void job_print_advice(const struct job *job, FILE *file)
+{
+    job_fit_print(job, file);
+    if (job_turns_in_steps(job))
+        fputs("A head that looks along the path turns as the path bends, and "
+              "where its curvature\nsteps so does the head's speed, however "
+              "slow the move is.  The curves c2,\nquintic, b-spline and "
+              "smoothed, and "
+              "look: {ahead: ...}, have no such step.\n",
+              file);
+}
+
+void job_print_violations(const struct job *job, FILE *file)
+{
+    static const char *const head[] = {
+        "<axis", ">move time", ">value", ">limit",
+        "<unit", ">key",       ">line",  "<what",
+    };
+    struct table table;
+    table_init(&table, 8, head);
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        job_print_violation(job, &table, &job->violation[i]);
+    table_print(&table, file);
+    table_free(&table);
+    job_print_advice(job, file);
+}
+
+static cJSON *job_json_violation(const struct job *job,
+                                 const struct job_violation *violation)
+{
+    const struct plan_axis *axis = &job->move.axis[violation->axis];
+    unsigned order = job_violation_order(violation->kind);
+    char unit[NUMBER_UNIT_MAX];
+    cJSON *item = cJSON_CreateObject();
+    cJSON_AddStringToObject(item, "axis", axis->name);
+    cJSON_AddStringToObject(item, "what", job_violation_text(violation->kind));
+    cJSON_AddNumberToObject(item, "time_s",
+                            number_double(violation->t_ns_q12, 12) / 1e9);
+    cJSON_AddNumberToObject(item, "value", number_double(violation->value, 32));
+    cJSON_AddNumberToObject(item, "limit", number_double(violation->limit, 32));
+    cJSON_AddStringToObject(
+        item, "unit",
+        number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
+    if (axis->key_count > 0)
+        cJSON_AddNumberToObject(item, "key", violation->key + 1);
+    if (job_line(axis, violation->key) > 0)
+        cJSON_AddNumberToObject(item, "line", job_line(axis, violation->key));
+    return item;
+}
+
+void job_json_violations(const struct job *job, struct cJSON *object)
+{
+    cJSON *list = cJSON_AddArrayToObject(object, "violations");
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        cJSON_AddItemToArray(list, job_json_violation(job, &job->violation[i]));
+    job_fit_json(job, object);
+}

@@ -1,0 +1,137 @@
+/* firmware/host/job/job.h - a rig and a move, read, planned and judged.
+ *
+ * What every command starts from.  Nothing here touches a bus. */
+#ifndef FIRMWARE_HOST_JOB_JOB_H
+#define FIRMWARE_HOST_JOB_JOB_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "firmware/control/goal.h"
+#include "firmware/host/base/messages.h"
+#include "firmware/host/base/status.h"
+#include "firmware/host/rig/rig.h"
+#include "motion/plan/check.h"
+#include "motion/plan/compose.h"
+#include "motion/plan/shaper/plan_shape.h"
+#include "motion/plan/shoot/plan_event.h"
+
+/* X(name, order of the unit, sentence).  The first ones are those of
+ * enum plan_violation_kind, in its order; the last two are velocity steps at
+ * the first and the last key. */
+#define JOB_VIOLATION_LIST(X)                                                  \
+    X(JOB_POS_LOW, 0, "position below the lowest")                             \
+    X(JOB_POS_HIGH, 0, "position above the highest")                           \
+    X(JOB_VEL, 1, "velocity")                                                  \
+    X(JOB_ACC, 2, "acceleration")                                              \
+    X(JOB_JERK, 3, "jerk")                                                     \
+    X(JOB_VEL_STEP, 1, "velocity steps (infinite acceleration)")               \
+    X(JOB_ACC_STEP, 2, "acceleration steps (infinite jerk)")                   \
+    X(JOB_START_MOVING, 1, "not at rest at the first key")                     \
+    X(JOB_END_MOVING, 1, "not at rest at the last key")
+
+enum job_violation_kind {
+#define JOB_VIOLATION_ENUM(name, order, text) name,
+    JOB_VIOLATION_LIST(JOB_VIOLATION_ENUM)
+#undef JOB_VIOLATION_ENUM
+};
+const char *job_violation_text(enum job_violation_kind kind);
+/* 0 position .. 3 jerk */
+unsigned job_violation_order(enum job_violation_kind kind);
+
+struct job_violation {
+    unsigned axis; /* of the move */
+    enum job_violation_kind kind;
+    int64_t t_ns_q12;
+    int64_t value, limit; /* Q32 */
+    uint32_t key;         /* the key at or before it; 0 without keys */
+};
+
+struct compiled;
+
+struct job {
+    struct memory_pool memory; /* of the arrays */
+    char rig_path[4096], move_path[4096];
+    struct rig rig;
+    struct plan_move move;
+    /* of each axis of the move */
+    unsigned *rig_axis;
+    struct motion_track *track;
+    unsigned planned;               /* tracks that are there */
+    struct plan_outcome outcome;    /* points into itself */
+    struct plan_shape_cost shaping; /* of the rig's shapers, job_shape.h */
+    struct compiled *compiled; /* NULL, or the move comes from a compiled file:
+                                  tracks are windows, axes have no keys */
+    /* of each axis of the move whose drive goes from key to key by itself */
+    struct controller_goal **goal;
+    unsigned *goal_count;
+    const struct plan_progress *progress; /* is told of long work; NULL: none */
+    bool compared; /* the axes are one axis under several curves (compare.h) */
+    int64_t end_ns_q12;       /* of the longest track */
+    struct plan_shots *shots; /* by line of the rig */
+    struct job_violation *violation;
+    uint32_t violation_count;
+    int64_t rate_q30; /* at which job_check judged it */
+    /* with job_open_again */
+    bool keeps;                /* what the next plan can take over: */
+    const struct job *former;  /* while it is planned and judged; NULL */
+    struct plan_memo *memo;    /* of spans; on the heap */
+    struct plan_facts **facts; /* of each axis, of each segment; job_check */
+    struct messages messages;  /* for the user */
+};
+
+/* Read both files and plan every axis; `progress` is told how far that is, and
+ * what is done with the job later (NULL: nobody).  STATUS_OK, or STATUS_INPUT
+ * with one error among the messages; the names must fit rig_path and move_path.
+ * job_free in either case.  With `any` a compiled move may be in the place of
+ * the move, and all of it is read once. */
+enum status job_open(struct job *job, const struct files *files,
+                     const char *rig_path, const char *move_path, bool any,
+                     const struct plan_progress *progress);
+/* The same for a move that is planned again and again: it keeps what the next
+ * plan can take over, and takes over what `former` (of the same, NULL: none) has
+ * kept.  Tracks and violations are those of job_open, to the bit.  `former` must
+ * be there until job_check, and may be freed then. */
+enum status job_open_again(struct job *job, const struct files *files,
+                           const char *rig_path, const char *move_path,
+                           const struct job *former);
+void job_free(struct job *job);
+/* Arrays for so many axes of the move, in the place of those there are: for
+ * whoever builds the move himself. */
+void job_capacity(struct job *job, uint32_t axes);
+
+/* A rig alone; statuses and messages as above. */
+enum status job_read_rig(const struct files *files, const char *path,
+                         struct rig *rig, struct messages *messages);
+
+/* Judge the tracks as played at `rate_q30` of their speed: at rate r velocity
+ * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Below
+ * 100 % as at 100 %: the controller starts no move that could not be played at
+ * its own speed.  Fills violation, in the order of axes and time. */
+void job_check(struct job *job, int64_t rate_q30);
+
+/* The violations as a table with a heading, and what would help; or as the
+ * members "violations" and "fit" of a JSON object. */
+struct cJSON;
+void job_print_violations(const struct job *job, FILE *file);
+void job_json_violations(const struct job *job, struct cJSON *object);
+
+/* Limits as they must hold for the tracks themselves at that rate. */
+void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
+                  struct plan_limit *scaled);
+
+const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis);
+/* Does its drive go from key to key by its own profile? */
+bool job_runs_by_drive_profile(const struct job *job, unsigned axis);
+/* Line in the move's file of a key, or of what drives an axis without keys. */
+uint32_t job_line(const struct plan_axis *axis, uint32_t key);
+/* Of the move, by name; -1. */
+int job_axis_index(const struct job *job, const char *name);
+/* The largest |value| of a quantity on a track, and when (may be NULL). */
+int64_t job_peak(const struct motion_track *track,
+                 enum motion_quantity quantity, int64_t *t_ns_q12);
+/* Its limit (order 1..3). */
+int64_t job_limit_of(const struct plan_limit *limit, unsigned order);
+
+#endif

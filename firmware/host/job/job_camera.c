@@ -1,0 +1,259 @@
+/* firmware/host/job/job_camera.c - see job_camera.h. */
+#include "firmware/host/job/job_camera.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/plan/camera/plan_camera.h"
+#include "motion/plan/camera/plan_follow.h"
+#include "motion/plan/rig/plan_arm.h"
+
+#define CAMERA_MOMENTS 9
+
+/* ---- the rig ------------------------------------------------------------- */
+
+/* A path in space carries the head along its own axes. */
+static void camera_of_path(const struct plan_move *move, struct plan_rig *rig)
+{
+    const struct plan_camera *camera = move->camera;
+    const struct plan_path *path = move->path;
+    struct motion_linear *linear = &rig->rig.carrier.as.linear;
+
+    *rig = (struct plan_rig){ .rig.carrier.kind = &motion_carrier_linear,
+                              .forward = camera->forward,
+                              .up = camera->up };
+    linear->origin = motion_vec_zero();
+    linear->count = path->points.axes;
+    for (uint32_t i = 0; i < linear->count; i++) {
+        linear->direction[i].q62[i] = (int64_t)1 << 62;
+        rig->carrier[i] = (struct plan_rig_axis){ true, path->axis[i] };
+    }
+    (void)motion_mount_level(motion_vec_from_dir(camera->forward),
+                             motion_vec_from_dir(camera->up),
+                             &rig->rig.carrier.level);
+    for (int i = 0; i < MOTION_HEAD_AXES; i++)
+        rig->head[i] =
+            (struct plan_rig_axis){ i != MOTION_HEAD_ROLL || camera->has_roll,
+                                    camera->axis[i] };
+}
+
+/* From an axis of the rig's file to the same of the move, if that moves it. */
+static void camera_find(const struct job *job, struct plan_rig_axis *axis)
+{
+    const uint32_t rig_axis = axis->axis;
+    const bool is_given = axis->is_given;
+
+    axis->is_given = false;
+    for (uint32_t i = 0; is_given && i < job->move.axis_count; i++)
+        if (job->rig_axis[i] == rig_axis)
+            *axis = (struct plan_rig_axis){ true, i };
+}
+
+bool job_camera_rig(const struct job *job, struct plan_rig *rig)
+{
+    const struct plan_move *move = &job->move;
+
+    if (job->rig.kinematics == NULL &&
+        (move->camera == NULL || move->path == NULL))
+        return false;
+    if (job->rig.kinematics == NULL) {
+        camera_of_path(move, rig);
+        return true;
+    }
+    *rig = *job->rig.kinematics;
+    for (int i = 0; i < MOTION_CARRIER_AXES_MAX; i++)
+        camera_find(job, &rig->carrier[i]);
+    for (int i = 0; i < MOTION_HEAD_AXES; i++)
+        camera_find(job, &rig->head[i]);
+    for (int i = 0; i < PLAN_LENSES; i++)
+        camera_find(job, &rig->lens[i]);
+    for (uint32_t i = 0; i < rig->arm.arm.count; i++)
+        camera_find(job, &rig->arm.axis[i]);
+    camera_find(job, &rig->table);
+    return true;
+}
+
+bool job_camera_subject(const struct job *job, int64_t t_ns_q12,
+                        struct plan_jet_vec *subject)
+{
+    const struct plan_camera *camera = job->move.camera;
+    const struct plan_path *path = job->move.path;
+
+    if (path != NULL && path->carrier != NULL && path->tool.looks)
+        for (int i = 0; i < 3; i++)
+            subject->x[i] =
+                plan_jet_of(number_double(path->tool.at_q32[i], 32));
+    if (camera == NULL)
+        return path != NULL && path->carrier != NULL && path->tool.looks;
+    if (plan_follow_subject(camera, job->track, t_ns_q12, subject))
+        return true;
+    for (int i = 0; i < 3; i++)
+        subject->x[i] = plan_jet_of(number_double(camera->point_q32[i], 32));
+    return camera->look == PLAN_LOOK_AT;
+}
+
+static int64_t camera_axis(const struct job *job,
+                           const struct plan_rig_axis *axis, int64_t t_ns_q12)
+{
+    struct motion_state at = { .pos_q32 = 0 };
+
+    if (axis->is_given)
+        motion_track_state(&job->track[axis->axis], t_ns_q12, &at);
+    return at.pos_q32;
+}
+
+/* Joints that the move leaves alone are where they count from. */
+static bool camera_on_arm(const struct job *job, int64_t t_ns_q12,
+                          struct motion_camera *camera)
+{
+    int64_t joint_q32[MOTION_ARM_JOINTS_MAX];
+    struct plan_rig rig;
+
+    if (!job_camera_rig(job, &rig) || rig.arm.arm.count == 0)
+        return false;
+    for (uint32_t i = 0; i < rig.arm.arm.count; i++) {
+        const struct plan_jet axis = plan_jet_of(
+            number_double(camera_axis(job, &rig.arm.axis[i], t_ns_q12), 32));
+        joint_q32[i] = plan_arm_joint_q32(
+            &rig.arm, i,
+            rig.arm.axis[i].is_given ? plan_arm_joint(&rig.arm, i, axis).p : 0);
+    }
+    return motion_arm_camera(&rig.arm.arm, &rig.arm.tool, joint_q32, camera) ==
+           MOTION_OK;
+}
+
+bool job_camera_rotation(const struct job *job, int64_t t_ns_q12,
+                         struct motion_quat *q)
+{
+    const struct plan_camera *move_camera = job->move.camera;
+    int64_t axis_q32[MOTION_RIG_AXES_MAX];
+    struct motion_camera camera;
+
+    if (camera_on_arm(job, t_ns_q12, &camera)) {
+        *q = camera.q;
+        return true;
+    }
+    if (move_camera == NULL || move_camera->following.rig == NULL)
+        return false;
+    const struct plan_rig *rig = move_camera->following.rig;
+    const uint32_t carried = motion_rig_axes(&rig->rig) - MOTION_HEAD_AXES;
+    for (uint32_t i = 0; i < carried; i++)
+        axis_q32[i] = camera_axis(job, &rig->carrier[i], t_ns_q12);
+    for (uint32_t i = 0; i < MOTION_HEAD_AXES; i++)
+        axis_q32[carried + i] = camera_axis(job, &rig->head[i], t_ns_q12);
+    if (motion_rig_camera(&rig->rig, axis_q32, &camera) < 0)
+        return false;
+    *q = camera.q;
+    return true;
+}
+
+/* ---- a list of moments --------------------------------------------------- */
+
+/* In m, m/s; the lens in mm. */
+struct camera_moment {
+    double t_s, at[3], speed, distance, lens[PLAN_LENSES];
+    bool has_distance, has_lens[PLAN_LENSES];
+};
+
+static double camera_length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static void camera_moment(const struct job *job, const struct plan_rig *rig,
+                          int i, struct camera_moment *moment)
+{
+    struct plan_rig_camera camera;
+    struct plan_jet_vec subject;
+    double rate[3], to[3];
+    int64_t t = 0;
+
+    (void)motion_fixed_muldiv(job->end_ns_q12, i, CAMERA_MOMENTS - 1, &t);
+    plan_rig_camera_at(rig, job->track, t, &camera);
+    moment->t_s = number_double(t, 12) / 1e9;
+    moment->has_distance = job_camera_subject(job, t, &subject);
+    for (int k = 0; k < 3; k++) {
+        moment->at[k] = camera.pupil.x[k].p / 1000;
+        rate[k] = camera.pupil.x[k].v / 1000;
+        to[k] =
+            moment->has_distance ? subject.x[k].p / 1000 - moment->at[k] : 0;
+    }
+    moment->speed = camera_length(rate);
+    moment->distance = camera_length(to);
+    for (int k = 0; k < PLAN_LENSES; k++) {
+        moment->has_lens[k] = rig->lens[k].is_given;
+        if (moment->has_lens[k])
+            moment->lens[k] =
+                plan_rig_track(&job->track[rig->lens[k].axis], t, -1).p;
+    }
+}
+
+static void camera_cell(struct table *table, bool is_given, int decimals,
+                        double value)
+{
+    if (is_given)
+        table_cell(table, "%.*f", decimals, value);
+    else
+        table_cell(table, "-");
+}
+
+void job_camera_text(const struct job *job, FILE *file)
+{
+    static const char *const head[] = {
+        ">time",       ">camera x, m", ">y, m",     ">z, m",
+        ">speed, m/s", ">subject, m",  ">focus, m", ">focal, mm",
+    };
+    struct plan_rig rig;
+    struct table table;
+
+    if (!job_camera_rig(job, &rig))
+        return;
+    fputc('\n', file);
+    table_init(&table, 8, head);
+    for (int i = 0; i < CAMERA_MOMENTS; i++) {
+        struct camera_moment moment = { .t_s = 0 };
+        camera_moment(job, &rig, i, &moment);
+        table_cell(&table, "%.3f s", moment.t_s);
+        for (int k = 0; k < 3; k++)
+            table_cell(&table, "%.3f", moment.at[k]);
+        table_cell(&table, "%.3f", moment.speed);
+        camera_cell(&table, moment.has_distance, 3, moment.distance);
+        camera_cell(&table, moment.has_lens[PLAN_LENS_FOCUS], 3,
+                    moment.lens[PLAN_LENS_FOCUS] / 1000);
+        camera_cell(&table, moment.has_lens[PLAN_LENS_ZOOM], 1,
+                    moment.lens[PLAN_LENS_ZOOM]);
+    }
+    table_print(&table, file);
+    table_free(&table);
+}
+
+void job_camera_json(const struct job *job, struct cJSON *object)
+{
+    struct plan_rig rig;
+
+    if (!job_camera_rig(job, &rig))
+        return;
+    struct cJSON *list = cJSON_AddArrayToObject(object, "shot");
+    for (int i = 0; i < CAMERA_MOMENTS; i++) {
+        struct cJSON *item = cJSON_CreateObject();
+        struct camera_moment moment = { .t_s = 0 };
+        camera_moment(job, &rig, i, &moment);
+        cJSON_AddItemToArray(list, item);
+        cJSON_AddNumberToObject(item, "time_s", moment.t_s);
+        cJSON_AddItemToObject(item, "camera_m",
+                              cJSON_CreateDoubleArray(moment.at, 3));
+        cJSON_AddNumberToObject(item, "speed_m_s", moment.speed);
+        if (moment.has_distance)
+            cJSON_AddNumberToObject(item, "subject_m", moment.distance);
+        if (moment.has_lens[PLAN_LENS_FOCUS])
+            cJSON_AddNumberToObject(item, "focus_m",
+                                    moment.lens[PLAN_LENS_FOCUS] / 1000);
+        if (moment.has_lens[PLAN_LENS_ZOOM])
+            cJSON_AddNumberToObject(item, "focal_mm",
+                                    moment.lens[PLAN_LENS_ZOOM]);
+    }
+}

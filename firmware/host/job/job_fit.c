@@ -1,0 +1,309 @@
+/* firmware/host/job/job_fit.c - see job_fit.h. */
+#include "firmware/host/job/job_fit.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/fixed.h"
+#include "motion/plan/fit/fit.h"
+
+#define JOB_FIT_SPANS_MAX 8 /* that are named; the worst */
+
+/* A span of an axis that needs longer than it has. */
+struct job_fit_span {
+    unsigned axis;
+    uint32_t key; /* the first of its two, from 0 */
+    double more_s;
+};
+
+struct job_fit {
+    struct job_fit_rolls rolls;
+    bool is_cured; /* there is more to it than speed: steps, positions */
+    double stretch;
+    int64_t end_ns_q12; /* a duration that fits */
+    unsigned axes;      /* that need longer */
+    uint32_t spans;     /* that need longer, also those not kept */
+    struct job_fit_span span[JOB_FIT_SPANS_MAX];
+};
+
+void job_fit_limit(const struct job *job, unsigned axis,
+                   struct plan_limit *limit)
+{
+    const int64_t rate_q30 = job->rate_q30;
+
+    job_limit_at(&job_rig_axis(job, axis)->limit, rate_q30, limit);
+    /* of path time: faster, a period covers more of it */
+    (void)motion_fixed_mulshift(job->rig.period_ns, rate_q30, 30,
+                                &limit->period_ns);
+}
+
+/* Is it of the pre-roll (`after` false) or of the post-roll, and not of the
+ * shot?  Where they meet the acceleration is the shot's. */
+static bool job_fit_is_rolled(const struct job *job,
+                              const struct job_violation *violation, bool after)
+{
+    const int64_t t = violation->t_ns_q12,
+                  border = after ? job->end_ns_q12 - job->outcome.tail_ns_q12
+                                 : job->outcome.lag_ns_q12;
+    struct motion_state beside;
+
+    if ((after ? job->move.post_roll_ns_q12 : job->move.pre_roll_ns_q12) == 0 ||
+        (violation->kind != JOB_ACC && violation->kind != JOB_JERK))
+        return false;
+    if (t != border)
+        return after ? t > border : t < border;
+    motion_track_state(&job->track[violation->axis], after ? t + 1 : t - 1,
+                       &beside);
+    return violation->kind == JOB_JERK &&
+           motion_fixed_abs(beside.jerk_q32) > (uint64_t)violation->limit;
+}
+
+/* A roll that takes so many times as long: the acceleration goes with 1 / T, the
+ * jerk with 1 / T^2. */
+static bool job_fit_roll(const struct job *job,
+                         const struct job_violation *violation,
+                         struct job_fit_rolls *rolls)
+{
+    const double ratio =
+        fabs((double)violation->value) / (double)violation->limit;
+    const double need = violation->kind == JOB_JERK ? sqrt(ratio) : ratio;
+
+    if (job_fit_is_rolled(job, violation, false))
+        rolls->pre = fmax(rolls->pre, need);
+    else if (job_fit_is_rolled(job, violation, true))
+        rolls->post = fmax(rolls->post, need);
+    else
+        return false;
+    return true;
+}
+
+/* By the violations, which there are of every move: each has its worst value as
+ * played, by the limit as it is. */
+static void job_fit_duration(const struct job *job, struct job_fit *fit)
+{
+    for (uint32_t i = 0; i < job->violation_count; i++) {
+        const struct job_violation *violation = &job->violation[i];
+        if (job_fit_roll(job, violation, &fit->rolls))
+            continue;
+        const double ratio =
+            fabs((double)violation->value) / (double)violation->limit;
+        const double need = violation->kind == JOB_VEL    ? ratio
+                            : violation->kind == JOB_ACC  ? sqrt(ratio)
+                            : violation->kind == JOB_JERK ? cbrt(ratio)
+                                                          : 0;
+        fit->is_cured = fit->is_cured && need > 0;
+        fit->stretch = fmax(fit->stretch, need);
+    }
+}
+
+static void job_fit_keep(struct job_fit *fit, struct job_fit_span span)
+{
+    uint32_t i =
+        fit->spans < JOB_FIT_SPANS_MAX ? fit->spans : JOB_FIT_SPANS_MAX - 1;
+
+    fit->spans++;
+    if (fit->spans > JOB_FIT_SPANS_MAX && span.more_s <= fit->span[i].more_s)
+        return;
+    for (; i > 0 && fit->span[i - 1].more_s < span.more_s; i--)
+        fit->span[i] = fit->span[i - 1];
+    fit->span[i] = span;
+}
+
+/* By the track, whose keys are where they were written. */
+static void job_fit_axis(const struct job *job, unsigned a, struct job_fit *fit)
+{
+    const struct plan_axis *axis = &job->move.axis[a];
+    const uint32_t before = fit->spans;
+    struct plan_fit_need *need = memory_new(axis->key_count, sizeof *need);
+    struct plan_limit limit;
+
+    job_fit_limit(job, a, &limit);
+    plan_fit_span_needs(axis, &job->track[a], &limit, need);
+    for (uint32_t i = 0; i + 1 < axis->key_count; i++) {
+        const double span_s =
+            number_double(
+                axis->key[i + 1].key.t_ns_q12 - axis->key[i].key.t_ns_q12, 12) /
+            1e9;
+        fit->stretch = fmax(fit->stretch, need[i].stretch);
+        if (need[i].stretch > 1)
+            job_fit_keep(fit, (struct job_fit_span){
+                                  a, i, span_s * (need[i].stretch - 1) });
+    }
+    memory_free(need);
+    fit->axes += fit->spans > before;
+}
+
+/* The next whole millisecond. */
+static int64_t job_fit_up(double t_ns_q12)
+{
+    const double grid = 1e6 * (double)MOTION_FIXED_NS_Q12;
+
+    return t_ns_q12 < 0x1p62 ? llround(ceil(t_ns_q12 / grid) * grid)
+                             : INT64_MAX;
+}
+
+static bool job_fit_has_spans(const struct job *job, unsigned a)
+{
+    return job->compiled == NULL && !job->outcome.is_bent &&
+           job->move.axis[a].driver == PLAN_BY_KEYS &&
+           job->move.axis[a].key_count > 1;
+}
+
+static struct job_fit job_fit_of(const struct job *job)
+{
+    struct job_fit fit = { .rolls = { 1, 1 }, .is_cured = true, .stretch = 1 };
+
+    job_fit_duration(job, &fit);
+    if (fit.stretch > 1)
+        for (unsigned a = 0; a < job->move.axis_count; a++)
+            if (job_fit_has_spans(job, a))
+                job_fit_axis(job, a, &fit);
+    fit.end_ns_q12 =
+        job_fit_up((double)job->end_ns_q12 * fit.stretch * (1 + 1e-9));
+    return fit;
+}
+
+double job_fit_stretch(const struct job *job, struct job_fit_rolls *rolls)
+{
+    const struct job_fit fit = job_fit_of(job);
+
+    *rolls = fit.rolls;
+    return fit.is_cured ? fit.stretch : 0;
+}
+
+static void job_fit_print_spans(const struct job *job,
+                                const struct job_fit *fit, FILE *file)
+{
+    char more[NUMBER_MAX];
+
+    for (uint32_t i = 0; i < fit->spans && i < JOB_FIT_SPANS_MAX; i++) {
+        const struct job_fit_span *span = &fit->span[i];
+        number_short(more, llround(span->more_s * 0x1p32), 32);
+        fprintf(file, "  %s %sneeds %s s more between keys %u and %u\n",
+                job->move.axis[span->axis].name, fit->axes == 1 ? "alone " : "",
+                more, span->key + 1, span->key + 2);
+    }
+    if (fit->spans > JOB_FIT_SPANS_MAX)
+        fprintf(file, "  and %u more spans need less than these\n",
+                fit->spans - JOB_FIT_SPANS_MAX);
+}
+
+/* What the duration of the file asks for, beside what its limits allow. */
+static void job_fit_print_duration(const struct job *job,
+                                   const struct job_fit *fit, FILE *file)
+{
+    const struct plan_outcome *outcome = &job->outcome;
+    char written[NUMBER_MAX], played[NUMBER_MAX], least[NUMBER_MAX];
+
+    if (outcome->played_ns_q12 == 0)
+        return;
+    number_seconds(written, outcome->written_ns_q12);
+    number_seconds(played, outcome->played_ns_q12);
+    number_seconds(least, job_fit_up((double)outcome->played_ns_q12 *
+                                     fit->stretch * (1 + 1e-9)));
+    fprintf(file,
+            "Line %u asks for %s s: %.4g times the pace of the %s s that are "
+            "written, and %.4g times the fastest that the limits allow, "
+            "%s s.\n",
+            job->move.duration_place.line, played,
+            (double)outcome->written_ns_q12 / (double)outcome->played_ns_q12,
+            written, fit->stretch, least);
+}
+
+/* What slew fit would do about it. */
+static const char *job_fit_advice(const struct job *job,
+                                  const struct job_fit *fit)
+{
+    if (!fit->is_cured || job->compiled != NULL || job->move.shoot != NULL)
+        return "";
+    return fit->spans > 0 ? "; slew fit finds the times"
+                          : "; slew fit gives it a duration";
+}
+
+static void job_fit_print_roll(FILE *file, const char *before, const char *name,
+                               int64_t roll_ns_q12, double by)
+{
+    char text[NUMBER_MAX];
+
+    number_seconds(text, job_fit_up((double)roll_ns_q12 * by * (1 + 1e-9)));
+    fprintf(file, "%s a %s of %s s", before, name, text);
+}
+
+static void job_fit_print_rolls(const struct job *job,
+                                const struct job_fit *fit, FILE *file)
+{
+    const bool pre = fit->rolls.pre > 1, post = fit->rolls.post > 1;
+
+    if (!pre && !post)
+        return;
+    if (pre)
+        job_fit_print_roll(file, "Needs", "pre_roll", job->move.pre_roll_ns_q12,
+                           fit->rolls.pre);
+    if (post)
+        job_fit_print_roll(file, pre ? " and" : "Needs", "post_roll",
+                           job->move.post_roll_ns_q12, fit->rolls.post);
+    fprintf(file, "; slew fit writes %s.\n", pre && post ? "them" : "it");
+}
+
+void job_fit_print(const struct job *job, FILE *file)
+{
+    const struct job_fit fit = job_fit_of(job);
+    char duration[NUMBER_MAX], percent[NUMBER_MAX];
+
+    if (!fit.is_cured)
+        fputs("No duration removes a step, or brings a position into its "
+              "range.\n",
+              file);
+    job_fit_print_rolls(job, &fit, file);
+    if (fit.stretch <= 1)
+        return;
+    number_seconds(duration, fit.end_ns_q12);
+    fprintf(file, "%s in %s s", fit.is_cured ? "Fits" : "The rest fits",
+            duration);
+    if (job->rate_q30 > MOTION_CLOCK_WARP_ONE_Q30) {
+        number_short(percent, 100 * job->rate_q30, 30);
+        fprintf(file, ", at %s %% speed.\n", percent);
+    } else {
+        fprintf(file, "%s.\n", job_fit_advice(job, &fit));
+    }
+    job_fit_print_spans(job, &fit, file);
+    job_fit_print_duration(job, &fit, file);
+}
+
+void job_fit_json(const struct job *job, cJSON *object)
+{
+    const struct job_fit fit = job_fit_of(job);
+    cJSON *const item = cJSON_CreateObject();
+    cJSON *list;
+
+    if (job->violation_count == 0) {
+        cJSON_Delete(item);
+        return;
+    }
+    cJSON_AddItemToObject(object, "fit", item);
+    cJSON_AddBoolToObject(item, "cured_by_time", fit.is_cured);
+    cJSON_AddNumberToObject(item, "stretch", fit.stretch);
+    cJSON_AddNumberToObject(item, "duration_s",
+                            number_double(fit.end_ns_q12, 12) / 1e9);
+    if (fit.rolls.pre > 1)
+        cJSON_AddNumberToObject(item, "pre_roll_s",
+                                number_double(job->move.pre_roll_ns_q12, 12) /
+                                    1e9 * fit.rolls.pre);
+    if (fit.rolls.post > 1)
+        cJSON_AddNumberToObject(item, "post_roll_s",
+                                number_double(job->move.post_roll_ns_q12, 12) /
+                                    1e9 * fit.rolls.post);
+    list = cJSON_AddArrayToObject(item, "spans");
+    for (uint32_t i = 0; i < fit.spans && i < JOB_FIT_SPANS_MAX; i++) {
+        cJSON *const span = cJSON_CreateObject();
+        cJSON_AddStringToObject(span, "axis",
+                                job->move.axis[fit.span[i].axis].name);
+        cJSON_AddNumberToObject(span, "key", fit.span[i].key + 1);
+        cJSON_AddNumberToObject(span, "more_s", fit.span[i].more_s);
+        cJSON_AddItemToArray(list, span);
+    }
+}

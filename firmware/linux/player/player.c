@@ -1,0 +1,754 @@
+/* firmware/linux/player/player.c - see player.h. */
+#include "firmware/linux/player/player.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <string.h>
+#include <time.h>
+
+#include "firmware/host/track/compiled.h"
+#include "firmware/linux/machine/machine_trigger.h"
+#include "firmware/linux/machine/pace.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+#define PLAYER_MS INT64_C(1000000)
+
+#define PLAYER_REST_NS       (200 * PLAYER_MS) /* after the approach */
+#define PLAYER_SETTLE_NS     (500 * PLAYER_MS)
+#define PLAYER_SHOTS_NS      (20000 * PLAYER_MS) /* pulses end, at most */
+#define PLAYER_STOP_NS       (300 * PLAYER_MS)   /* torque off, at least */
+#define PLAYER_QUICK_STOP_NS (3000 * PLAYER_MS)  /* at most */
+#define PLAYER_OBSERVE_NS    (20 * PLAYER_MS)
+#define PLAYER_PRIORITY      40
+
+static void player_storage(struct player *player, const struct rig *rig)
+{
+    const uint32_t axes = rig->axis_count;
+    struct telemetry_row *row = &player->row;
+#define CAPACITY(array, count)                                                 \
+    array = memory_pool_new(&player->memory, count, sizeof *(array))
+    player->waiting_size = (size_t)axes * MACHINE_TORQUE_MAX;
+    CAPACITY(player->waiting, player->waiting_size);
+    CAPACITY(player->busy_ns, rig->bus_count);
+    row->shot_count = rig_trigger_count(rig);
+    CAPACITY(row->axis, axes);
+    CAPACITY(row->shot, row->shot_count);
+#undef CAPACITY
+}
+
+void player_free(struct player *player)
+{
+    recorder_free(&player->recorder);
+    memory_pool_free(&player->memory);
+}
+
+void player_init(struct player *player, struct machine *machine,
+                 const struct job *job, const struct player_config *config,
+                 const struct player_observer *observer)
+{
+    player_free(player);
+    memset(player, 0, sizeof *player);
+    player_storage(player, &job->rig);
+    player->machine = machine;
+    player->job = job;
+    player->config = *config;
+    player->observer = *observer;
+    player->standing_ns = -1;
+    recorder_init(&player->recorder, &job->rig);
+    player->start = (struct run_start){ .wall_ns = config->start_wall_ns,
+                                        .line = config->start_line };
+    player->start_ns = run_start_align_ns(
+        &player->start, machine->ports.clock,
+        hal_clock_now_ns(machine->ports.clock), job->rig.period_ns);
+    player->now_ns = player->start_ns;
+    if (config->faults != NULL)
+        config->faults->start_ns = player->start_ns;
+}
+
+/* --- looking on --- */
+
+static const struct motion_track *player_track(const struct player *player,
+                                               const struct telemetry_row *row,
+                                               unsigned axis)
+{
+    const struct playback_axis *loaded = &player->machine->playback.axis[axis];
+    if (row->phase == TELEMETRY_APPROACH && loaded->approach.count > 0)
+        return &loaded->approach;
+    if (row->phase != TELEMETRY_MOVE)
+        return NULL;
+    for (unsigned i = 0; i < player->job->move.axis_count; i++)
+        if (player->job->rig_axis[i] == axis)
+            return &player->job->track[i];
+    return NULL;
+}
+
+/* Jerk is not needed to move, so the controller does not work it out. */
+static void player_add_jerk(const struct player *player,
+                            struct telemetry_row *row)
+{
+    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
+        const struct motion_track *track = player_track(player, row, i);
+        struct motion_state state, warped;
+        if (track == NULL || row->rate.s_ns_q12 >= track->end_ns_q12)
+            continue;
+        motion_track_state(track, row->rate.s_ns_q12, &state);
+        motion_clock_warp_chain(&row->rate, &state, &warped);
+        row->axis[i].demand.jerk_q32 = warped.jerk_q32;
+    }
+}
+
+static void player_observe(void *context, struct telemetry_row *row)
+{
+    const struct player *player = context;
+    const struct player_observer *observer = &player->observer;
+    if (observer->telemetry != NULL)
+        telemetry_write(observer->telemetry, row);
+    if (observer->record != NULL)
+        run_record_take(observer->record, row);
+    if (observer->trace != NULL)
+        trace_take(observer->trace, row);
+    if (observer->progress != NULL && observer->keys != NULL)
+        observer->progress->typed = run_keys_typed(observer->keys);
+    if (observer->progress != NULL)
+        progress_take(observer->progress, row);
+    if (observer->keys != NULL)
+        run_keys_take(observer->keys, row);
+    if (player->config.follow != NULL)
+        run_follow_take(player->config.follow, row,
+                        player->start_ns + row->t_ns);
+}
+
+/* The figures of the report, from every tick: rows may be lost on the way to a
+ * slow disk. */
+static void player_count(const struct player *player,
+                         const struct telemetry_row *row)
+{
+    const struct player_observer *observer = &player->observer;
+    if (observer->report != NULL)
+        report_take(observer->report, row);
+    if (observer->shots != NULL)
+        shots_take(observer->shots, row);
+    if (observer->arrivals != NULL)
+        arrivals_take(observer->arrivals, row);
+}
+
+static void player_record_shots(const struct player *player,
+                                struct telemetry_row *row)
+{
+    const struct machine *machine = player->machine;
+    memset(row->shot, 0, row->shot_count * sizeof *row->shot);
+    for (unsigned i = 0; i < machine->trigger_count; i++)
+        if (machine->trigger[i].shot > 0)
+            row->shot[i] =
+                (struct telemetry_shot){ machine->trigger[i].shot,
+                                         machine->trigger[i].shot_ns -
+                                             player->start_ns,
+                                         machine->trigger[i].aim };
+}
+
+/* Between two times that a move is played, or on the way to another place of
+ * it, it is as before the first. */
+static enum telemetry_phase player_row_phase(const struct player *player)
+{
+    return player->phase == TELEMETRY_MOVE &&
+                   player->machine->playback.state == PLAYBACK_GOING
+               ? TELEMETRY_APPROACH
+               : player->phase;
+}
+
+static void player_record(struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    struct telemetry_row *row = &player->row;
+    row->t_ns = player->now_ns - player->start_ns;
+    row->rate = controller->rate;
+    row->phase = player_row_phase(player);
+    row->state = (int)controller->state;
+    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
+        const struct controller_axis *axis = &controller->axis[i];
+        row->axis[i] = (struct telemetry_axis){
+            .demand = { axis->target.pos_q32, axis->target.vel_q32,
+                        axis->target.acc_q32, 0 },
+            .actual_q32 = axis->feedback.pos_q32,
+            .actual_vel_q32 = axis->feedback.vel_q32,
+            .following_q32 = axis->following_q32,
+            .goals = axis->leg.at,
+            .events = axis->feedback.events,
+        };
+        (void)machine_statusword(player->machine, i, &row->axis[i].statusword);
+    }
+    player_record_shots(player, row);
+    player_add_jerk(player, row);
+    player_count(player, row);
+    recorder_put(&player->recorder, row);
+}
+
+/* --- the walk from phase to phase --- */
+
+static void player_enter(struct player *player, enum telemetry_phase phase)
+{
+    player->phase = phase;
+    player->phase_ns = player->now_ns;
+}
+
+static int64_t player_in_phase_ns(const struct player *player)
+{
+    return player->now_ns - player->phase_ns;
+}
+
+static void player_finish(struct player *player, enum report_end end)
+{
+    player->end = end;
+    machine_trigger_disarm(player->machine);
+    player_enter(player, TELEMETRY_STOP);
+}
+
+/* Axes of the move that have to be homed, a bit each. */
+static uint64_t player_unhomed(const struct player *player)
+{
+    uint64_t axes = 0;
+    for (unsigned i = 0; i < player->job->move.axis_count; i++)
+        axes |= (uint64_t)1 << player->job->rig_axis[i];
+    return axes & homing_wanted(&player->machine->homing);
+}
+
+static void player_enable(struct player *player)
+{
+    struct controller *controller = &player->machine->controller;
+    if (controller->ticks == 1)
+        controller_enable(controller);
+    if (controller->state != CONTROLLER_READY)
+        return;
+    player_enter(player, TELEMETRY_HOME);
+    homing_start(&player->machine->homing, player_unhomed(player));
+}
+
+static void player_home(struct player *player)
+{
+    const struct homing *homing = &player->machine->homing;
+    char why[HOMING_TEXT_MAX];
+    if (homing->state == HOMING_DONE)
+        player_enter(player, TELEMETRY_APPROACH);
+    if (homing->state != HOMING_FAILED)
+        return;
+    snprintf(player->observer.report->fault_text,
+             sizeof player->observer.report->fault_text, "homing of %.16s: %s",
+             player->job->rig.axis[homing->axis].name,
+             homing_failure(homing, why));
+    player_finish(player, homing->error == HOMING_STOPPED ? REPORT_STOPPED
+                                                          : REPORT_FAULT);
+}
+
+/* As the playback counts them. */
+static int64_t player_times(const struct player *player)
+{
+    const int64_t times = player->config.times;
+    return times < 0 ? 0 : times > 1 ? times : 1;
+}
+
+/* The tracks, and the goals of axes that go by a profile of their drive's. */
+static int player_load(struct player *player)
+{
+    const struct job *job = player->job;
+    struct playback *playback = &player->machine->playback;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        track[job->rig_axis[i]] = &job->track[i];
+    const int err = playback_load(playback, track);
+    if (err < 0)
+        return err;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        if (job->goal[i] != NULL)
+            playback_set_goals(playback, job->rig_axis[i], job->goal[i],
+                               job->goal_count[i]);
+    return playback_repeat(playback, player_times(player),
+                           player->config.is_ping_pong);
+}
+
+static int player_start_approach(struct player *player)
+{
+    const int err = player_load(player);
+    player->approaching = true;
+    return err < 0 ? err
+                   : playback_go(&player->machine->playback,
+                                 player->config.from_ns_q12, PLAYBACK_STAND);
+}
+
+static int player_start_move(struct player *player)
+{
+    struct controller *controller = &player->machine->controller;
+    controller_override(controller, player->config.override_q30);
+    const int err = playback_begin(&player->machine->playback,
+                                   player->config.from_ns_q12, PLAYBACK_PLAY);
+    if (err < 0)
+        return err;
+    machine_trigger_go(player->machine);
+    player->move_ns = player->now_ns;
+    for (unsigned i = 0; i < player->job->rig.bus_count; i++)
+        player->busy_ns[i] = machine_busy_ns(player->machine, i);
+    player_enter(player, TELEMETRY_MOVE);
+    return MOTION_OK;
+}
+
+/* Whole ticks, and time enough for what leads the first event. */
+static int64_t player_rest_ns(const struct player *player)
+{
+    const int64_t period_ns = player->job->rig.period_ns;
+    const int64_t lead_ns =
+        machine_trigger_lead_ns(player->machine) + 2 * period_ns;
+    const int64_t rest_ns = lead_ns > PLAYER_REST_NS ? lead_ns : PLAYER_REST_NS;
+    return (rest_ns + period_ns - 1) / period_ns * period_ns;
+}
+
+/* RUN_START_NEVER: not known yet. */
+static int64_t player_due_ns(struct player *player)
+{
+    const int64_t period_ns = player->job->rig.period_ns;
+    const int64_t ready_ns = player->phase_ns + player_rest_ns(player);
+    if (player->config.follow != NULL) {
+        const int64_t due_ns = run_follow_due_ns(
+            player->config.follow, player->now_ns, ready_ns, period_ns);
+        player->start.late = due_ns < ready_ns;
+        return due_ns;
+    }
+    if (player->start.line == NULL)
+        return run_start_due_ns(&player->start, player->machine->ports.clock,
+                                ready_ns, period_ns);
+    return player->now_ns < ready_ns
+               ? RUN_START_NEVER
+               : run_start_edge_ns(&player->start, player->now_ns,
+                                   machine_trigger_lead_ns(player->machine),
+                                   period_ns);
+}
+
+static void player_refuse_start(struct player *player)
+{
+    snprintf(player->observer.report->fault_text,
+             sizeof player->observer.report->fault_text, "%s",
+             player->start.late
+                 ? "the axes were not ready at the time of the start"
+                 : "the line that starts the move cannot be read");
+    player_finish(player, REPORT_FAULT);
+}
+
+static int player_rest(struct player *player)
+{
+    const int64_t start_ns = player_due_ns(player);
+    if (player->start.late || player->start.failed) {
+        player_refuse_start(player);
+        return MOTION_OK;
+    }
+    if (start_ns == RUN_START_NEVER)
+        return MOTION_OK;
+    if (!player->machine->running_up ||
+        player->machine->start.t0_ns != start_ns)
+        machine_trigger_arm(player->machine, player->job->shots, start_ns,
+                            player->config.override_q30);
+    return player->now_ns >= start_ns ? player_start_move(player) : MOTION_OK;
+}
+
+static void player_cannot(struct player *player, const char *what, int err)
+{
+    snprintf(player->observer.report->fault_text,
+             sizeof player->observer.report->fault_text, "cannot %s: %s", what,
+             motion_err_text(err));
+    player_finish(player, REPORT_FAULT);
+}
+
+static void player_approach(struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    int err = MOTION_OK;
+    if (!player->approaching)
+        err = player_start_approach(player);
+    else if (controller->state == CONTROLLER_MOVING)
+        player->phase_ns = player->now_ns; /* the rest begins after it */
+    else if (controller->state == CONTROLLER_READY)
+        err = player_rest(player);
+    if (err < 0)
+        player_cannot(player, "start", err);
+}
+
+/* The script's hold: once, at its time; resumed after standing for a while. */
+static void player_script(struct player *player)
+{
+    struct controller *controller = &player->machine->controller;
+    if (player->config.hold_at_ns < 0 ||
+        player->machine->playback.state != PLAYBACK_PLAYING)
+        return;
+    if (!player->held && controller->rate.s_ns_q12 / MOTION_FIXED_NS_Q12 >=
+                             player->config.hold_at_ns)
+        player->held = controller_hold(controller) == MOTION_OK;
+    if (controller->state != CONTROLLER_HOLDING ||
+        controller->rate.rate_q30 != 0)
+        return;
+    if (player->standing_ns < 0)
+        player->standing_ns = player->now_ns;
+    if (player->now_ns - player->standing_ns >= player->config.resume_after_ns)
+        controller_resume(controller);
+}
+
+static void player_measure_load(struct player *player)
+{
+    int64_t dur_ns = player->now_ns - player->move_ns;
+    for (unsigned i = 0; i < player->job->rig.bus_count && dur_ns > 0; i++)
+        player->observer.report->load[i] =
+            (double)(machine_busy_ns(player->machine, i) - player->busy_ns[i]) /
+            (double)dur_ns;
+}
+
+static void player_move(struct player *player)
+{
+    player_script(player);
+    if (player->machine->controller.state != CONTROLLER_READY ||
+        player->machine->playback.state != PLAYBACK_IDLE)
+        return;
+    player_measure_load(player);
+    if (player->machine->playback.err < 0)
+        player_cannot(player, "go on", player->machine->playback.err);
+    else
+        player_enter(player, TELEMETRY_SETTLE);
+}
+
+static void player_settle(struct player *player)
+{
+    const bool idle = player->end == REPORT_STOPPED ||
+                      machine_trigger_is_idle(player->machine) ||
+                      player_in_phase_ns(player) >= PLAYER_SHOTS_NS;
+    if (player_in_phase_ns(player) >= PLAYER_SETTLE_NS && idle)
+        player_finish(player, player->end);
+}
+
+/* For who looks on, once. */
+static void player_wait(struct player *player)
+{
+    char text[MACHINE_TORQUE_MAX];
+    size_t at = 0;
+    if (atomic_load(&player->waits) || player->ended)
+        return;
+    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
+        machine_torque_text(player->machine, i, text);
+        if (text[0] != 0 && at < player->waiting_size)
+            at += (size_t)snprintf(player->waiting + at,
+                                   player->waiting_size - at, "%s: %s\n",
+                                   player->job->rig.axis[i].name, text);
+    }
+    atomic_store(&player->waits, true);
+}
+
+/* The last of every walk.  A lost drive may come back as long as nobody says
+ * that it is enough. */
+static void player_stop(struct player *player)
+{
+    const int64_t in_phase_ns = player_in_phase_ns(player);
+    if (in_phase_ns < PLAYER_STOP_NS)
+        return;
+    if (machine_is_off(player->machine)) {
+        player->ended = true;
+    } else if (in_phase_ns >= MACHINE_OFF_NS) {
+        player->ended = !player->config.patient || player->enough ||
+                        !machine_is_torque_lost(player->machine);
+        player_wait(player);
+    }
+}
+
+static void player_step(struct player *player)
+{
+    static void (*const step[TELEMETRY_PHASES])(struct player *) = {
+        [TELEMETRY_ENABLE] = player_enable,     [TELEMETRY_HOME] = player_home,
+        [TELEMETRY_APPROACH] = player_approach, [TELEMETRY_MOVE] = player_move,
+        [TELEMETRY_SETTLE] = player_settle,     [TELEMETRY_STOP] = player_stop,
+    };
+    step[player->phase](player);
+}
+
+/* --- what cuts the walk short --- */
+
+/* More than the fault itself says. */
+static const char *player_fault_text(const struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    const struct compiled *compiled = player->job->compiled;
+    const char *error = compiled != NULL ? compiled_error(compiled) : NULL;
+    if (controller->fault.fault == CONTROLLER_FAULT_TRACK)
+        return error != NULL ? error : "";
+    return controller->axis[controller->fault.axis].feedback.fault_text;
+}
+
+static void player_note_fault(struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    struct report *report = player->observer.report;
+    if (controller->fault.fault == CONTROLLER_FAULT_NONE ||
+        report->fault.fault != CONTROLLER_FAULT_NONE)
+        return;
+    report->fault = controller->fault;
+    if (controller->fault.axis >= 0)
+        snprintf(report->fault_text, sizeof report->fault_text, "%s",
+                 player_fault_text(player));
+    else
+        machine_trouble_text(player->machine, report->fault_text);
+}
+
+static void player_watch(struct player *player)
+{
+    player_note_fault(player);
+    if (player->machine->controller.state != CONTROLLER_FAULT ||
+        player->phase == TELEMETRY_STOP)
+        return;
+    if (player->phase == TELEMETRY_MOVE)
+        player_measure_load(player);
+    player_finish(player, REPORT_FAULT);
+}
+
+/* One: slow down along the path, then the walk goes on to its end from READY.
+ * Without motion there is nothing to wait for. */
+static void player_interrupt(struct player *player)
+{
+    if (player->end == REPORT_DONE)
+        player->end = REPORT_STOPPED;
+    controller_stop(&player->machine->controller);
+}
+
+/* What was interrupted goes on to nothing else; of a move it is measured first
+ * where it has come to rest. */
+static void player_interrupted(struct player *player)
+{
+    const enum controller_state state = player->machine->controller.state;
+    if (player->end == REPORT_STOPPED && player->phase < TELEMETRY_MOVE &&
+        !homing_is_running(&player->machine->homing) &&
+        (state == CONTROLLER_READY || state == CONTROLLER_OFF))
+        player_finish(player, REPORT_STOPPED);
+}
+
+static void player_quick_begin(struct player *player)
+{
+    if (player->phase == TELEMETRY_MOVE)
+        player_measure_load(player);
+    player->quick = true;
+    machine_trigger_end(player->machine);
+    player->end = REPORT_QUICK_STOPPED;
+    player_enter(player, TELEMETRY_SETTLE);
+}
+
+static void player_quick_stop(struct player *player)
+{
+    if (!player->quick)
+        player_quick_begin(player);
+    machine_tick_quick_stop(player->machine, player->now_ns);
+    player_note_fault(player);
+    if (machine_is_at_rest(player->machine) ||
+        player_in_phase_ns(player) >= PLAYER_QUICK_STOP_NS)
+        player_finish(player, REPORT_QUICK_STOPPED);
+}
+
+/* Between ticks: windows of a compiled move go on with it. */
+static void player_advance(struct player *player)
+{
+    struct compiled *compiled = player->job->compiled;
+    if (compiled == NULL || player->phase != TELEMETRY_MOVE)
+        return;
+    compiled_advance(compiled, player->machine->controller.rate.s_ns_q12);
+    if (!player->config.realtime)
+        compiled_fill(compiled);
+}
+
+static void player_normal(struct player *player, int interrupts)
+{
+    player_advance(player);
+    machine_tick(player->machine, player->now_ns);
+    player_watch(player);
+    if (interrupts == 1)
+        player_interrupt(player);
+    player_interrupted(player);
+}
+
+/* --- the loop --- */
+
+static void player_next(struct player *player)
+{
+    const int64_t period_ns = player->job->rig.period_ns;
+    int64_t late_ns;
+    player->now_ns = pace_wait(player->machine->ports.clock,
+                               player->now_ns + period_ns, period_ns, &late_ns);
+    player->row.late_ns = late_ns;
+    if (late_ns > player->late_ns)
+        player->late_ns = late_ns;
+}
+
+/* A stop by a key is the first interrupt.  Where the drives brake by themselves
+ * there is nothing left to command. */
+static int player_commands(struct player *player, int interrupts)
+{
+    struct run_keys *keys = player->observer.keys;
+    if (keys != NULL && !player->quick &&
+        mailbox_step(&keys->mailbox, &player->machine->playback))
+        player->stopped = true;
+    return interrupts == 0 && player->stopped ? 1 : interrupts;
+}
+
+static void player_faults(struct player *player)
+{
+    struct machine_fault *faults = player->config.faults;
+    if (faults == NULL)
+        return;
+    machine_fault_step(faults, player->now_ns, player->phase,
+                       player->machine->controller.state);
+    player->row.faults = faults->active;
+}
+
+static void player_tick(struct player *player, int interrupts)
+{
+    player_faults(player);
+    if (player->config.loads != NULL)
+        loads_step(player->config.loads, player->phase);
+    player_next(player);
+    interrupts = player_commands(player, interrupts);
+    if (player->phase == TELEMETRY_STOP)
+        machine_tick_off(player->machine, player->now_ns);
+    else if (interrupts >= 2)
+        player_quick_stop(player);
+    else
+        player_normal(player, interrupts);
+    player->enough = interrupts > 0;
+    if (player->config.follow != NULL)
+        run_follow_tick(player->config.follow);
+    player_record(player);
+    if (!player->quick || player->phase == TELEMETRY_STOP)
+        player_step(player);
+}
+
+static void player_drain(struct player *player)
+{
+    recorder_drain(&player->recorder, player_observe, player);
+    if (player->observer.can_log != NULL)
+        can_log_drain(player->observer.can_log);
+}
+
+/* In virtual time nobody else looks after the rings. */
+static bool player_must_drain(const struct player *player)
+{
+    const struct can_log *can_log = player->observer.can_log;
+    return recorder_waiting(&player->recorder) >= RECORDER_ROWS / 2 ||
+           (can_log != NULL && can_log_waiting(can_log) >= CAN_LOG_FRAMES / 2);
+}
+
+struct player_thread {
+    struct player *player;
+    _Atomic bool end;
+};
+
+static void player_say_waiting(struct player *player)
+{
+    if (player->said || !atomic_load(&player->waits))
+        return;
+    player->said = true;
+    fprintf(stderr,
+            "\n%sit is tried until the drive answers; Ctrl-C ends that\n",
+            player->waiting);
+}
+
+static void *player_look_on(void *context)
+{
+    struct player_thread *thread = context;
+    const int64_t wanted_ns = thread->player->config.observe_ns;
+    const int64_t ns = wanted_ns > 0 ? wanted_ns : PLAYER_OBSERVE_NS;
+    const struct timespec pause = { ns / (1000 * PLAYER_MS),
+                                    ns % (1000 * PLAYER_MS) };
+    while (!atomic_load(&thread->end)) {
+        if (thread->player->job->compiled != NULL)
+            compiled_fill(thread->player->job->compiled);
+        player_drain(thread->player);
+        if (thread->player->observer.keys != NULL)
+            run_keys_poll(thread->player->observer.keys);
+        if (thread->player->config.follow != NULL)
+            run_follow_poll(thread->player->config.follow,
+                            &thread->player->observer.keys->mailbox);
+        player_say_waiting(thread->player);
+        nanosleep(&pause, NULL);
+    }
+    return NULL;
+}
+
+static void player_loop_virtual(struct player *player,
+                                const volatile sig_atomic_t *interrupts)
+{
+    while (!player->ended) {
+        player_tick(player, *interrupts);
+        if (player_must_drain(player))
+            player_drain(player);
+    }
+}
+
+/* Ahead of everything that is not real-time, if we are allowed to; else we run
+ * as we are and lost ticks show in the report. */
+static void player_come_first(void)
+{
+    const struct sched_param first = { .sched_priority = PLAYER_PRIORITY };
+    (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &first);
+}
+
+static void player_go_back(void)
+{
+    const struct sched_param normal = { .sched_priority = 0 };
+    (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+}
+
+static int player_loop_real(struct player *player,
+                            const volatile sig_atomic_t *interrupts)
+{
+    struct player_thread thread = { .player = player };
+    pthread_t id;
+    atomic_init(&thread.end, false);
+    if (pthread_create(&id, NULL, player_look_on, &thread) != 0)
+        return -1;
+    player_come_first();
+    while (!player->ended)
+        player_tick(player, *interrupts);
+    guardian_done(player->machine->ports.guardian);
+    player_go_back();
+    atomic_store(&thread.end, true);
+    pthread_join(id, NULL);
+    return 0;
+}
+
+static void player_note_failures(struct player *player)
+{
+    struct shots *shots = player->observer.shots;
+    for (unsigned i = 0; shots != NULL && i < player->machine->trigger_count;
+         i++)
+        shots->line[i].failures = player->machine->trigger[i].trigger.failures;
+}
+
+static void player_note_torque(struct player *player)
+{
+    struct report *report = player->observer.report;
+    for (unsigned i = 0; i < player->job->rig.axis_count; i++)
+        machine_torque_text(player->machine, i, report->torque[i]);
+    report->torque_left = !machine_is_off(player->machine);
+}
+
+int player_run(struct player *player, const volatile sig_atomic_t *interrupts)
+{
+    struct report *report = player->observer.report;
+    int err = 0;
+    player->phase_ns = player->now_ns;
+    if (player->config.realtime)
+        err = player_loop_real(player, interrupts);
+    else
+        player_loop_virtual(player, interrupts);
+    player_drain(player);
+    machine_trigger_end(player->machine);
+    player_note_failures(player);
+    player_note_torque(player);
+    report->end = player->end;
+    report->times = player->machine->playback.played;
+    report->is_repeated = player_times(player) != 1;
+    report->ticks = player->machine->controller.ticks;
+    report->ticks_lost = player->machine->controller.ticks_lost;
+    report->rows_dropped = player->recorder.dropped;
+    report->realtime = player->config.realtime;
+    report->late_ns = player->late_ns;
+    return err;
+}

@@ -1,0 +1,40 @@
+/* firmware/linux/player/progress.h - how far a run has come, for whoever
+ * waits.
+ *
+ * On a terminal one line, redrawn in place ten times a second of real time;
+ * elsewhere a few plain lines, one per phase and per quarter of the move. */
+#ifndef FIRMWARE_LINUX_PLAYER_PROGRESS_H
+#define FIRMWARE_LINUX_PLAYER_PROGRESS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "firmware/host/recording/telemetry.h"
+
+struct progress {
+    FILE *file;
+    bool terminal, drawn;
+    int64_t due_ns;    /* real time of the next redraw */
+    int64_t total_ns;  /* of the move */
+    int phase;         /* last one seen; -1: none */
+    int quarter;       /* last one said */
+    unsigned skipped;  /* rows since the clock was looked at */
+    const char *typed; /* by the operator, at the end of the line; NULL */
+};
+
+void progress_init(struct progress *progress, FILE *file, int64_t total_ns_q12);
+void progress_take(struct progress *progress, const struct telemetry_row *row);
+/* Leave the line as it is and go to the next. */
+void progress_end(struct progress *progress);
+
+/* A rate of the clock, 0 .. 200 %, to the nearest percent. */
+int progress_percent(int64_t rate_q30);
+
+/* "moving    [#######-------]  47 %   12.6 s left" for a time on the path and
+ * a rate, negative in reverse; without a line end. */
+#define PROGRESS_LINE_MAX 128
+void progress_line(char line[PROGRESS_LINE_MAX], const char *what,
+                   int64_t path_ns, int64_t total_ns, int64_t rate_q30);
+
+#endif

@@ -1,0 +1,75 @@
+/* firmware/linux/player/recorder.c - see recorder.h. */
+#include "firmware/linux/player/recorder.h"
+
+#include <string.h>
+
+void recorder_init(struct recorder *recorder, const struct rig *rig)
+{
+    struct memory_pool *memory = &recorder->memory;
+    const size_t shots = rig_trigger_count(rig), axes = rig->axis_count;
+    memory_pool_free(memory);
+    struct telemetry_axis *axis =
+        memory_pool_new(memory, RECORDER_ROWS * axes, sizeof *axis);
+    struct telemetry_shot *shot =
+        memory_pool_new(memory, RECORDER_ROWS * shots, sizeof *shot);
+    for (size_t i = 0; i < RECORDER_ROWS; i++)
+        recorder->row[i] = (struct telemetry_row){
+            .axis = axis + i * axes,
+            .shot = shot + i * shots,
+            .shot_count = (unsigned)shots,
+        };
+    recorder->axis_count = rig->axis_count;
+    atomic_init(&recorder->put, 0);
+    atomic_init(&recorder->taken, 0);
+    recorder->dropped = 0;
+}
+
+void recorder_free(struct recorder *recorder)
+{
+    memory_pool_free(&recorder->memory);
+}
+
+uint64_t recorder_waiting(const struct recorder *recorder)
+{
+    /* `taken` first: it never passes the `put` read after it. */
+    uint64_t taken =
+        atomic_load_explicit(&recorder->taken, memory_order_acquire);
+    return atomic_load_explicit(&recorder->put, memory_order_acquire) - taken;
+}
+
+/* Release after writing a row, acquire before reading it: the reader sees whole
+ * rows, and the writer reuses a slot only after it was read. */
+bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
+{
+    uint64_t put = atomic_load_explicit(&recorder->put, memory_order_relaxed);
+    if (recorder_waiting(recorder) == RECORDER_ROWS) {
+        recorder->dropped++;
+        return false;
+    }
+    struct telemetry_row *to = &recorder->row[put % RECORDER_ROWS];
+    memcpy(to->axis, row->axis, recorder->axis_count * sizeof *to->axis);
+    memcpy(to->shot, row->shot, to->shot_count * sizeof *to->shot);
+    to->t_ns = row->t_ns;
+    to->late_ns = row->late_ns;
+    to->number = (uint32_t)(put + recorder->dropped);
+    to->rate = row->rate;
+    to->phase = row->phase;
+    to->state = row->state;
+    to->faults = row->faults;
+    atomic_store_explicit(&recorder->put, put + 1, memory_order_release);
+    return true;
+}
+
+void recorder_drain(struct recorder *recorder,
+                    void (*take)(void *context, struct telemetry_row *row),
+                    void *context)
+{
+    uint64_t put = atomic_load_explicit(&recorder->put, memory_order_acquire);
+    uint64_t taken =
+        atomic_load_explicit(&recorder->taken, memory_order_relaxed);
+    for (; taken < put; taken++) {
+        take(context, &recorder->row[taken % RECORDER_ROWS]);
+        atomic_store_explicit(&recorder->taken, taken + 1,
+                              memory_order_release);
+    }
+}
