@@ -498,26 +498,3 @@ int controller_reset(struct controller *controller)
     controller_request(controller, HAL_DRIVE_REQUEST_RESET);
     return MOTION_OK;
 }
-
-int64_t controller_progress_q30(const struct controller *controller)
-{
-    int64_t share;
-    if (controller->move_end_ns_q12 == 0 ||
-        motion_fixed_muldiv(controller->rate.s_ns_q12, (int64_t)1 << 30,
-                            controller->move_end_ns_q12, &share) < 0)
-        return 0;
-    return share;
-}
-
-int64_t controller_time_left_ns(const struct controller *controller)
-{
-    const int64_t left_ns_q12 =
-        controller->move_end_ns_q12 -
-        controller_path_ns_q12(controller, controller->rate.s_ns_q12);
-    int64_t left_ns;
-    if (motion_fixed_muldiv(left_ns_q12 / MOTION_FIXED_NS_Q12,
-                            MOTION_CLOCK_WARP_ONE_Q30, controller->override_q30,
-                            &left_ns) < 0)
-        return INT64_MAX;
-    return left_ns;
-}

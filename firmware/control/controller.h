@@ -357,9 +357,4 @@ void controller_step(struct controller *controller, int64_t now_ns,
 void controller_ahead(const struct controller *controller, int64_t ahead_ns,
                       struct motion_clock_rate *then);
 
-/* Share of the move that has been played, 0 .. 2^30, and time left at the
- * operator's override, in ns (INT64_MAX at 0 %).  Not for the tick. */
-int64_t controller_progress_q30(const struct controller *controller);
-int64_t controller_time_left_ns(const struct controller *controller);
-
 #endif

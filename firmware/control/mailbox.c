@@ -15,16 +15,6 @@ void mailbox_init(struct mailbox *mailbox)
     mailbox->stopped = 0;
 }
 
-const char *mailbox_command_text(enum mailbox_command command)
-{
-    static const char *const text[] = {
-#define MAILBOX_TEXT(name, word, function) [name] = word,
-        MAILBOX_COMMAND_LIST(MAILBOX_TEXT)
-#undef MAILBOX_TEXT
-    };
-    return (unsigned)command < MAILBOX_COMMANDS ? text[command] : "unknown";
-}
-
 int mailbox_send(struct mailbox *mailbox, const struct mailbox_entry *entry)
 {
     const uint32_t put = mailbox->put;

@@ -65,7 +65,6 @@ enum mailbox_command {
 #undef MAILBOX_ENUM
         MAILBOX_COMMANDS
 };
-const char *mailbox_command_text(enum mailbox_command command);
 
 struct mailbox_entry {
     enum mailbox_command command;

@@ -34,8 +34,9 @@ int canopen_sdo_send(struct canopen_node *node, const uint8_t data[8])
     return can_cycle_send(&node->master->cycle, &frame);
 }
 
-int canopen_sdo_request(struct canopen_node *node, uint8_t command,
-                        uint32_t value)
+/* Command, the transfer's index and sub-index, 4 bytes. */
+static int canopen_sdo_request(struct canopen_node *node, uint8_t command,
+                               uint32_t value)
 {
     uint8_t data[8] = { command, (uint8_t)node->sdo.index,
                         (uint8_t)(node->sdo.index >> 8), node->sdo.sub };

@@ -51,9 +51,6 @@ void canopen_lss_expire(struct canopen_lss *lss, int64_t now_ns);
 
 uint32_t canopen_sdo_get_u32(const uint8_t *at);
 int canopen_sdo_send(struct canopen_node *node, const uint8_t data[8]);
-/* Command, the transfer's index and sub-index, 4 bytes. */
-int canopen_sdo_request(struct canopen_node *node, uint8_t command,
-                        uint32_t value);
 void canopen_sdo_done(struct canopen_node *node);
 /* Tell the server, and end. */
 void canopen_sdo_give_up(struct canopen_node *node, uint32_t abort_code);

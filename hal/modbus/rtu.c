@@ -7,7 +7,8 @@
 #define AROUND         3 /* unit and CRC */
 #define CRC_POLYNOMIAL 0xA001
 
-unsigned modbus_rtu_char_bits(const struct modbus_rtu_line *line)
+/* 10 .. 12. */
+static unsigned modbus_rtu_char_bits(const struct modbus_rtu_line *line)
 {
     return 9u + (line->parity == MODBUS_PARITY_NONE ? 0 : 1) + line->stop_bits;
 }
@@ -54,7 +55,7 @@ int64_t modbus_rtu_transaction_ns(const struct modbus_rtu_time *time,
                                modbus_pdu_answer_length(request) + AROUND);
 }
 
-uint16_t modbus_rtu_crc(const uint8_t *bytes, unsigned length)
+static uint16_t modbus_rtu_crc(const uint8_t *bytes, unsigned length)
 {
     uint16_t crc = 0xFFFF;
 

@@ -28,9 +28,6 @@ struct modbus_rtu_line {
     int64_t gap_ns;    /* silence between frames; 0: the standard's */
 };
 
-/* 10 .. 12. */
-unsigned modbus_rtu_char_bits(const struct modbus_rtu_line *line);
-
 /* What is made of a line once, so that later nobody divides. */
 struct modbus_rtu_time {
     int64_t char_ns_q12; /* rounded up */
@@ -46,8 +43,6 @@ int64_t modbus_rtu_chars_ns(const struct modbus_rtu_time *time, unsigned n);
  * broadcast has no answer. */
 int64_t modbus_rtu_transaction_ns(const struct modbus_rtu_time *time,
                                   const struct hal_modbus_request *request);
-
-uint16_t modbus_rtu_crc(const uint8_t *bytes, unsigned length);
 
 /* Put unit and CRC around the PDU that stands at frame + 1.  Bytes of the
  * frame. */

@@ -42,8 +42,10 @@ static void bake_chain(const struct motion_bake_poly_chain *chain,
                              motion_real_mul(out[2], motion_real_sqr(in[1])));
 }
 
-void motion_bake_poly_jet(const struct motion_bake_poly *poly,
-                          struct motion_real u, struct motion_real jet[3])
+/* p (relative to base), p', p'' / 2 at u, with respect to u. */
+static void motion_bake_poly_jet(const struct motion_bake_poly *poly,
+                                 struct motion_real u,
+                                 struct motion_real jet[3])
 {
     if (poly->chain != NULL)
         bake_chain(poly->chain, u, jet);

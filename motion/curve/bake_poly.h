@@ -58,10 +58,6 @@ int motion_bake_poly_append(struct motion_track *track, int64_t dur_ns_q12,
                             const struct motion_bake_poly_tolerance *tolerance,
                             struct motion_real *bound);
 
-/* p (relative to base), p', p'' / 2 at u, with respect to u. */
-void motion_bake_poly_jet(const struct motion_bake_poly *poly,
-                          struct motion_real u, struct motion_real jet[3]);
-
 /* The polynomial between two values of u, in its own u = 0 .. 1. */
 void motion_bake_poly_part(const struct motion_bake_poly *poly,
                            struct motion_real from, struct motion_real to,

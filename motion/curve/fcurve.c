@@ -237,8 +237,9 @@ static struct fcurve_jet fcurve_straight(struct motion_real change,
     return jet;
 }
 
-struct fcurve_jet fcurve_span_at(const struct motion_fcurve_key *a,
-                                 const struct fcurve_when *when)
+/* From the key's value, in the span that starts at `a`. */
+static struct fcurve_jet fcurve_span_at(const struct motion_fcurve_key *a,
+                                        const struct fcurve_when *when)
 {
     const struct motion_fcurve_key *b = a + 1;
     const struct motion_real change =

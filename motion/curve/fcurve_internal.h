@@ -57,10 +57,6 @@ int fcurve_ease_breaks(const struct motion_fcurve_key *key,
                        struct motion_real change, int64_t dur,
                        int64_t at[FCURVE_BREAKS_MAX]);
 
-/* From the key's value, in the span that starts at `a`. */
-struct fcurve_jet fcurve_span_at(const struct motion_fcurve_key *a,
-                                 const struct fcurve_when *when);
-
 /* Which lap of a cycle t is in (0 between the keys), and the time between the
  * keys that it shows; false where the curve is extrapolated. */
 struct fcurve_lap {

@@ -114,8 +114,10 @@ int motion_path_init(struct motion_path *path,
 
 /* --- the drive ------------------------------------------------------------ */
 
-int motion_path_at(void *context, int64_t t_ns_q12, enum motion_bake_side side,
-                   struct motion_bake_point point[])
+/* A source for motion_bake; the context is a motion_path. */
+static int motion_path_at(void *context, int64_t t_ns_q12,
+                          enum motion_bake_side side,
+                          struct motion_bake_point point[])
 {
     const struct motion_path *path = context;
     const struct motion_arclen_curve *curve = path->table->curve;

@@ -47,10 +47,6 @@ int motion_path_init(struct motion_path *path,
  * its own up to rounding, the border. */
 int64_t motion_path_when(const struct motion_track *law, struct motion_real s);
 
-/* A source for motion_bake; the context is a motion_path. */
-int motion_path_at(void *context, int64_t t_ns_q12, enum motion_bake_side side,
-                   struct motion_bake_point point[]);
-
 /* What is asked of the baking; see bake.h. */
 struct motion_path_tolerance {
     struct motion_real pos, vel, acc;

@@ -69,7 +69,7 @@ unsigned object_type_size(uint8_t type)
     return type < OBJECT_TYPES ? object_types[type].size : 0;
 }
 
-void object_type_range(uint8_t type, int64_t *min, int64_t *max)
+static void object_type_range(uint8_t type, int64_t *min, int64_t *max)
 {
     const size_t at = type < OBJECT_TYPES ? type : 0;
 
@@ -271,8 +271,9 @@ int64_t object_value(uint8_t type, unsigned size, uint32_t raw)
     return bytes == 2 ? (int16_t)(uint16_t)cut : (int32_t)cut;
 }
 
-int object_judge(const struct object *object, int64_t value,
-                 char message[OBJECT_MESSAGE_MAX])
+/* Is the value one that the data sheet lets in?  0, or -1 with a sentence. */
+static int object_judge(const struct object *object, int64_t value,
+                        char message[OBJECT_MESSAGE_MAX])
 {
     char number[OBJECT_NUMBER_MAX];
     int64_t min, max;

@@ -33,7 +33,6 @@ const char *object_type_text(uint8_t type);
 bool object_type_of(const char *word, uint8_t *type);
 /* Bytes of a number; 0: not a number, or not known. */
 unsigned object_type_size(uint8_t type);
-void object_type_range(uint8_t type, int64_t *min, int64_t *max);
 
 struct object {
     uint16_t index;
@@ -64,9 +63,6 @@ int64_t object_value(uint8_t type, unsigned size, uint32_t raw);
 /* "12", "-0x1F", with the range of the type and the data sheet.  0, or -1 with
  * a sentence. */
 int object_parse(const struct object *object, const char *text, int64_t *value,
-                 char message[OBJECT_MESSAGE_MAX]);
-/* Is the value one that the data sheet lets in?  0, or -1 with a sentence. */
-int object_judge(const struct object *object, int64_t value,
                  char message[OBJECT_MESSAGE_MAX]);
 /* "operation enabled"; "" for a value that needs no words. */
 void object_words(const struct object *object, int64_t value,

@@ -83,7 +83,8 @@ void import_text_free(struct import_text *text)
 
 #define IMPORT_TELL_EVERY 1024 /* lines: some 10 ms */
 
-bool import_text_line(struct import_text *text)
+/* Go to the next line; false at the end. */
+static bool import_text_line(struct import_text *text)
 {
     if (text->next >= text->length)
         return false;

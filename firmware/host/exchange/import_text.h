@@ -38,8 +38,6 @@ int import_text_load(struct import_text *text, const struct files *files,
                      const char *path, char *message, size_t capacity);
 void import_text_free(struct import_text *text);
 
-/* Go to the next line; false at the end. */
-bool import_text_line(struct import_text *text);
 /* The next line that is not empty and does not begin with `comment`. */
 bool import_text_filled(struct import_text *text, char comment);
 

@@ -53,7 +53,8 @@ bool job_runs_by_drive_profile(const struct job *job, unsigned axis)
     return job_rig_axis(job, axis)->point_to_point;
 }
 
-uint32_t job_line(const struct plan_axis *axis, uint32_t key)
+/* Line in the move's file of a key, or of what drives an axis without keys. */
+static uint32_t job_line(const struct plan_axis *axis, uint32_t key)
 {
     return axis->key_count > 0 ? axis->key[key].place.line : axis->place.line;
 }

@@ -124,8 +124,6 @@ void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
 const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis);
 /* Does its drive go from key to key by its own profile? */
 bool job_runs_by_drive_profile(const struct job *job, unsigned axis);
-/* Line in the move's file of a key, or of what drives an axis without keys. */
-uint32_t job_line(const struct plan_axis *axis, uint32_t key);
 /* Of the move, by name; -1. */
 int job_axis_index(const struct job *job, const char *name);
 /* The largest |value| of a quantity on a track, and when (may be NULL). */

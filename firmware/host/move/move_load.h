@@ -125,10 +125,6 @@ extern const struct yaml_shape move_key_shape;
 
 int move_read_path(void *reader, const struct yaml_value *value, void *out);
 
-/* A list of points, each of `axes` positions, neighbours not the same, into
- * points->point and count; on the heap, also after a refusal. */
-int move_read_points(struct move_reader *reader, const struct yaml_value *value,
-                     struct plan_points *points);
 /* A position, or a part of the path's length in %. */
 int move_read_distance(const struct move_reader *reader,
                        const struct yaml_value *value,

@@ -102,8 +102,11 @@ static int move_check_point(const struct yaml_value *value,
     return 0;
 }
 
-int move_read_points(struct move_reader *reader, const struct yaml_value *value,
-                     struct plan_points *points)
+/* A list of points, each of `axes` positions, neighbours not the same, into
+ * points->point and count; on the heap, also after a refusal. */
+static int move_read_points(struct move_reader *reader,
+                            const struct yaml_value *value,
+                            struct plan_points *points)
 {
     const uint32_t least = points->closed ? 3 : 2;
     struct yaml_value item = { value->tree, yaml_value_node(value)->first,

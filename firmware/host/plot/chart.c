@@ -28,8 +28,8 @@ static void chart_font(cairo_t *cairo, const struct chart_font *font)
     chart_set_color(cairo, &font->color);
 }
 
-double chart_text_width(cairo_t *cairo, const struct chart_font *font,
-                        const char *text)
+static double chart_text_width(cairo_t *cairo, const struct chart_font *font,
+                               const char *text)
 {
     cairo_text_extents_t extents;
     chart_font(cairo, font);

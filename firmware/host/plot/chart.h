@@ -50,8 +50,6 @@ enum chart_align { CHART_LEFT, CHART_CENTRE, CHART_RIGHT };
 /* Text whose base line is at y.  Returns its width. */
 double chart_text(cairo_t *cairo, const struct chart_font *font, double x,
                   double y, enum chart_align align, const char *text);
-double chart_text_width(cairo_t *cairo, const struct chart_font *font,
-                        const char *text);
 void chart_set_color(cairo_t *cairo, const struct chart_color *color);
 
 /* The smallest of 1, 2, 5 times a power of ten that makes at most `most`

@@ -100,7 +100,9 @@ int64_t modbus_budget_age_ns(const struct rig *rig, unsigned bus)
            INT64_C(6) * modbus_budget_timeout_ns(rig, bus);
 }
 
-int64_t modbus_budget_streamed_ns(const struct rig *rig, unsigned axis)
+/* What axis i would have from set point to set point if it were streamed beside
+ * the others; 0: its map cannot. */
+static int64_t modbus_budget_streamed_ns(const struct rig *rig, unsigned axis)
 {
     const unsigned bus = rig->axis[axis].bus;
     unsigned n;

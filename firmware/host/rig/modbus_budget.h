@@ -24,9 +24,6 @@ int64_t modbus_budget_cycle_ns(const struct rig *rig, unsigned bus);
 int64_t modbus_budget_latency_ns(const struct rig *rig, unsigned bus);
 /* The longest time-out that a drive on it asks for, or the rig's. */
 int64_t modbus_budget_timeout_ns(const struct rig *rig, unsigned bus);
-/* What axis i would have from set point to set point if it were streamed beside
- * the others; 0: its map cannot. */
-int64_t modbus_budget_streamed_ns(const struct rig *rig, unsigned axis);
 /* Point to point: from when the profile of the drive should be over until the
  * next key.  What the rig gives, or what the line takes for it and 100 ms. */
 int64_t modbus_budget_settle_ns(const struct rig *rig, unsigned axis);

@@ -324,8 +324,9 @@ int yaml_value_word(const struct yaml_value *value,
     return 0;
 }
 
-int yaml_value_digits(const struct yaml_value *value, int base, int64_t min,
-                      int64_t max, int64_t *out)
+/* A whole number in digits of `base`, 16 with or without 0x, min .. max. */
+static int yaml_value_digits(const struct yaml_value *value, int base,
+                             int64_t min, int64_t max, int64_t *out)
 {
     char quote[YAML_QUOTE_MAX], *end;
     const char *text = yaml_value_text(value);

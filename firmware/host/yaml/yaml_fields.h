@@ -83,9 +83,6 @@ int yaml_value_word(const struct yaml_value *value,
                     const char *const spelling[], unsigned count,
                     uint8_t *index);
 
-/* A whole number in digits of `base`, 16 with or without 0x, min .. max. */
-int yaml_value_digits(const struct yaml_value *value, int base, int64_t min,
-                      int64_t max, int64_t *out);
 /* Decimal. */
 int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
                        int64_t *out);

@@ -119,7 +119,8 @@ static void run_result(const struct batch_run *self,
                 run_real(report_end_error(report, i)));
 }
 
-char *batch_run_line(const struct batch_run *self, uint64_t number)
+/* One run's line, likewise. */
+static char *batch_run_line(const struct batch_run *self, uint64_t number)
 {
     char message[YAML_MESSAGE_MAX] = "", cell[BATCH_CELL_MAX], *text = NULL;
     size_t size = 0;

@@ -30,8 +30,6 @@ struct batch_run {
 
 /* The heading of the table, to be freed by memory_free. */
 char *batch_run_head(const struct batch_run *self);
-/* One run's line, likewise. */
-char *batch_run_line(const struct batch_run *self, uint64_t number);
 
 /* All that are not done.  0; 1: interrupted; -1 with a line on stderr: a process
  * has ended before its time, or the journal cannot be written. */

@@ -81,7 +81,8 @@ static int table_count(const char *text, uint64_t *count)
     return errno == 0 && *end == '\0' ? 0 : -1;
 }
 
-int batch_table_add(struct batch_table *table, const char *line)
+/* Add a line.  -1: it has another number of cells, or is no run 0 .. of - 1. */
+static int batch_table_add(struct batch_table *table, const char *line)
 {
     const size_t size = strlen(line) + 1;
     const size_t pointers = table->columns * sizeof(char *);

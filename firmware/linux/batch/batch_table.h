@@ -34,8 +34,6 @@ struct batch_table {
 void batch_table_init(struct batch_table *table, const char *head);
 void batch_table_free(struct batch_table *table);
 
-/* Add a line.  -1: it has another number of cells, or is no run 0 .. of - 1. */
-int batch_table_add(struct batch_table *table, const char *line);
 /* Add those of a file, whose heading becomes the table's when it has none.  A
  * last line without its end is left out: a kill has cut it.  *whole: the bytes
  * before it.  0, or -1 and a sentence: no such file, another heading, a line that

@@ -22,7 +22,8 @@ const struct command *const command_list[] = {
     NULL,
 };
 
-const struct command *command_find(const char *name)
+/* NULL when there is none of that name. */
+static const struct command *command_find(const char *name)
 {
     for (size_t i = 0; command_list[i] != NULL; i++)
         if (strcmp(command_list[i]->name, name) == 0)

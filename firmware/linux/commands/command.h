@@ -30,8 +30,6 @@ extern const struct command cmd_check, cmd_fit, cmd_plan, cmd_sample, cmd_plot,
 
 /* The commands above in the order of the help; NULL at the end. */
 extern const struct command *const command_list[];
-/* NULL when there is none of that name. */
-const struct command *command_find(const char *name);
 /* Everything after main(): argv[1] names the command. */
 enum status command_main(int argc, char *argv[]);
 

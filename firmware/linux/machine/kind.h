@@ -10,8 +10,8 @@ struct machine_kind {
     int (*init)(struct machine *machine, unsigned i);
     /* Feedback older than this is stale; NULL: of more than a tick or two. */
     int64_t (*age_ns)(const struct rig *rig, const struct rig_axis *axis);
-    /* So long it may make no step while it is enabled; NULL: it has no more to
-     * say than machine_enable_ns has. */
+    /* So long it may make no step while it is enabled; NULL: any that
+     * boots in time does. */
     int64_t (*patience_ns)(const struct rig *rig, const struct rig_axis *axis);
     /* As it is on the wire; NULL: it has none. */
     uint16_t (*statusword)(const struct machine *machine, unsigned i);

@@ -149,7 +149,8 @@ bool machine_statusword(const struct machine *machine, unsigned axis,
     return kind->statusword != NULL;
 }
 
-int64_t machine_enable_ns(const struct rig *rig)
+/* So long a drive may make no step on its way to being found and enabled. */
+static int64_t machine_enable_ns(const struct rig *rig)
 {
     int64_t most_ns = MACHINE_BOOT_NS;
     for (unsigned i = 0; i < rig->axis_count; i++) {

@@ -84,8 +84,6 @@ int machine_init(struct machine *machine, const struct rig *rig,
                  char message[YAML_MESSAGE_MAX]);
 void machine_free(struct machine *machine);
 
-/* So long a drive may make no step on its way to being found and enabled. */
-int64_t machine_enable_ns(const struct rig *rig);
 /* As it is on the wire.  false, and 0: this kind of drive has none. */
 bool machine_statusword(const struct machine *machine, unsigned axis,
                         uint16_t *word);

@@ -10,6 +10,7 @@
 #include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
 
+#define PROGRESS_LINE_MAX  128
 #define PROGRESS_PERIOD_NS INT64_C(100000000)
 #define PROGRESS_WIDTH     40
 #define PROGRESS_SKIP      16 /* rows between looks at the clock */
@@ -73,8 +74,10 @@ static void progress_left(char text[32], int64_t left_ns, int64_t rate_q30)
         snprintf(text + length, 32 - (size_t)length, ", back");
 }
 
-void progress_line(char line[PROGRESS_LINE_MAX], const char *what,
-                   int64_t path_ns, int64_t total_ns, int64_t rate_q30)
+/* "moving    [#######-------]  47 %   12.6 s left" for a time on the path and
+ * a rate, negative in reverse; without a line end. */
+static void progress_line(char line[PROGRESS_LINE_MAX], const char *what,
+                          int64_t path_ns, int64_t total_ns, int64_t rate_q30)
 {
     char bar[PROGRESS_WIDTH + 1], left[32];
     int full = progress_share(path_ns, total_ns, PROGRESS_WIDTH);

@@ -31,10 +31,4 @@ void progress_end(struct progress *progress);
 /* A rate of the clock, 0 .. 200 %, to the nearest percent. */
 int progress_percent(int64_t rate_q30);
 
-/* "moving    [#######-------]  47 %   12.6 s left" for a time on the path and
- * a rate, negative in reverse; without a line end. */
-#define PROGRESS_LINE_MAX 128
-void progress_line(char line[PROGRESS_LINE_MAX], const char *what,
-                   int64_t path_ns, int64_t total_ns, int64_t rate_q30);
-
 #endif

@@ -123,8 +123,9 @@ int canopen_client_read(struct canopen_client *client, uint16_t index,
     return err;
 }
 
-int canopen_client_write(struct canopen_client *client, uint16_t index,
-                         uint8_t sub, const uint8_t *from, uint32_t length)
+static int canopen_client_write(struct canopen_client *client, uint16_t index,
+                                uint8_t sub, const uint8_t *from,
+                                uint32_t length)
 {
     const struct canopen_client_job job = {
         .index = index, .sub = sub, .from = from, .length = length

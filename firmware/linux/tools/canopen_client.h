@@ -37,8 +37,6 @@ int canopen_client_read(struct canopen_client *client, uint16_t index,
 /* The same of at most four bytes, not sign extended; `size` may be NULL. */
 int canopen_client_read_number(struct canopen_client *client, uint16_t index,
                                uint8_t sub, uint32_t *value, uint8_t *size);
-int canopen_client_write(struct canopen_client *client, uint16_t index,
-                         uint8_t sub, const uint8_t *from, uint32_t length);
 int canopen_client_write_number(struct canopen_client *client, uint16_t index,
                                 uint8_t sub, uint8_t size, uint32_t value);
 /* Why it did not work: "no such object (0x06020000)". */

@@ -51,7 +51,6 @@ void doctor_jitter(struct doctor *doctor);
 /* doctor_rights.c: may we read and write this device file?  Says so, with what
  * to do; `needed`: the rig uses it. */
 void doctor_device(struct doctor *doctor, const char *path, bool needed);
-bool doctor_may(const struct doctor *doctor, unsigned capability);
 
 #define DOCTOR_CAP_DAC_OVERRIDE 1
 #define DOCTOR_CAP_NET_ADMIN    12

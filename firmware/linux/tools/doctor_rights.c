@@ -61,7 +61,7 @@ static void rights_self(struct doctor *doctor)
     rights_groups(self, groups);
 }
 
-bool doctor_may(const struct doctor *doctor, unsigned capability)
+static bool doctor_may(const struct doctor *doctor, unsigned capability)
 {
     return (doctor->self.capabilities >> capability & 1) != 0;
 }

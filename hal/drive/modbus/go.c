@@ -55,7 +55,8 @@ static bool go_is_busy(const struct drive_modbus *self)
            self->run.sequence != NULL;
 }
 
-bool drive_modbus_stands(const struct drive_modbus *self)
+/* As the drive says, or its position. */
+static bool drive_modbus_stands(const struct drive_modbus *self)
 {
     return !drive_modbus_status(self, MODBUS_STATUS_moving,
                                 self->actual_vel_q32 != 0);

@@ -93,8 +93,6 @@ int drive_modbus_halt(struct hal_drive *drive);
 /* The mode when nothing was asked. */
 enum hal_drive_mode
 drive_modbus_first_mode(const struct drive_modbus_config *config);
-/* As the drive says, or its position. */
-bool drive_modbus_stands(const struct drive_modbus *self);
 /* It moves by itself, or may: by its profile, or to its home. */
 bool drive_modbus_goes(const struct drive_modbus *self);
 /* One step per tick while enabled: has it arrived, is it home? */

@@ -50,8 +50,9 @@ static const int64_t view_second[2][VIEW_NODES] = {
     { 2, -27, 270, -490, 270, -27, 2 },
 };
 
-int plan_view_fail(const struct plan_view *self, int code,
-                   struct plan_place place, const char *what)
+/* "the camera <what>" */
+static int plan_view_fail(const struct plan_view *self, int code,
+                          struct plan_place place, const char *what)
 {
     return plan_error_set(self->error, code, place, "the camera %s", what);
 }

@@ -62,10 +62,8 @@ bool plan_view_rates(const struct plan_view *self, int64_t distance_q32,
 /* Fill in borders and breaks: part of plan_view_init.  plan_view_border.c */
 int plan_view_borders(struct plan_view *view);
 
-/* Sentences: "the camera <what>"; what an error of the walk means; no memory.
- * They return the code. */
-int plan_view_fail(const struct plan_view *self, int code,
-                   struct plan_place place, const char *what);
+/* Sentences: what an error of the walk means; no memory.  They return the
+ * code. */
 int plan_view_refuse(const struct plan_view *self, int err);
 int plan_view_no_memory(const struct plan_view *self);
 

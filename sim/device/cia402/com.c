@@ -32,6 +32,21 @@ static void cia402_com_enter(struct sim_cia402 *self, enum cia402_nmt state)
         cia402_power_connection_lost(self);
 }
 
+static int64_t cia402_com_heartbeat_ns(const struct sim_cia402 *self)
+{
+    return (int64_t)self->value[CIA402_PRODUCER] * CIA402_MS;
+}
+
+static void cia402_com_start_heartbeat(struct sim_cia402 *self)
+{
+    int64_t period_ns = cia402_com_heartbeat_ns(self);
+
+    cia402_timer_stop(self, SIM_CIA402_HEARTBEAT);
+    if (period_ns > 0 && self->nmt_state != CIA402_NMT_BOOTING)
+        cia402_timer_set(self, SIM_CIA402_HEARTBEAT,
+                         cia402_now_ns(self) + period_ns);
+}
+
 void cia402_com_boot_up(struct sim_cia402 *self)
 {
     if (self->config.node_id == CIA402_NO_NODE)
@@ -126,21 +141,6 @@ void cia402_com_nmt(struct sim_cia402 *self, const struct hal_can_frame *frame)
 }
 
 /* ---- heartbeat --------------------------------------------------------- */
-
-static int64_t cia402_com_heartbeat_ns(const struct sim_cia402 *self)
-{
-    return (int64_t)self->value[CIA402_PRODUCER] * CIA402_MS;
-}
-
-void cia402_com_start_heartbeat(struct sim_cia402 *self)
-{
-    int64_t period_ns = cia402_com_heartbeat_ns(self);
-
-    cia402_timer_stop(self, SIM_CIA402_HEARTBEAT);
-    if (period_ns > 0 && self->nmt_state != CIA402_NMT_BOOTING)
-        cia402_timer_set(self, SIM_CIA402_HEARTBEAT,
-                         cia402_now_ns(self) + period_ns);
-}
 
 void cia402_com_heartbeat(struct sim_cia402 *self)
 {

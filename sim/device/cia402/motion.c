@@ -37,7 +37,7 @@ int64_t cia402_motion_gain_q24(struct sim_cia402 *self, int64_t acc_q8,
 
 /* ---- what the motor does ----------------------------------------------- */
 
-void cia402_motion_demand_actual(struct sim_cia402 *self)
+static void cia402_motion_demand_actual(struct sim_cia402 *self)
 {
     self->demand_q24 = self->base.plant.pos_q24;
     self->demand_vel_q24 = 0;

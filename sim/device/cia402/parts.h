@@ -157,7 +157,6 @@ void cia402_com_nmt(struct sim_cia402 *self, const struct hal_can_frame *frame);
 /* Power-on of all its axes. */
 void cia402_com_restart_node(struct sim_cia402 *self);
 void cia402_com_heartbeat(struct sim_cia402 *self);
-void cia402_com_start_heartbeat(struct sim_cia402 *self);
 /* A heartbeat of another node. */
 void cia402_com_consume(struct sim_cia402 *self,
                         const struct hal_can_frame *frame);
@@ -255,7 +254,6 @@ void cia402_motion_ramp(struct sim_cia402 *self, int64_t acc_counts_s2);
 int64_t cia402_motion_actual_q24(const struct sim_cia402 *self);
 /* Values that follow from the state, into the dictionary. */
 void cia402_motion_refresh(struct sim_cia402 *self);
-void cia402_motion_demand_actual(struct sim_cia402 *self);
 /* Limits and late targets of the mode before. */
 void cia402_motion_stop_watching(struct sim_cia402 *self);
 /* The demand stands and the axis nearly. */

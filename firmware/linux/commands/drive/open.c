@@ -40,7 +40,9 @@ static bool drive_parity(const char *word, enum modbus_parity *parity)
     return false;
 }
 
-enum status drive_line(const struct options *options, struct bench_line *line)
+/* --baud, --parity, --timeout. */
+static enum status drive_line(const struct options *options,
+                              struct bench_line *line)
 {
     *line = (struct bench_line){ .timeout_ns = options->timeout_ns };
     if (options->baud > 0 && (options->baud > UINT32_MAX ||

@@ -21,8 +21,6 @@ enum status drive_lss(const struct options *options);
  * fails.  drive_close afterwards. */
 enum status drive_open(const struct options *options, struct session **session);
 void drive_close(struct session *session);
-/* --baud, --parity, --timeout. */
-enum status drive_line(const struct options *options, struct bench_line *line);
 /* "slew drive: what", and STATUS_INPUT. */
 enum status drive_complain(const char *what);
 /* The same with the drive's name before it, and the status that fits. */

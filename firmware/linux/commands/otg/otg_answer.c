@@ -10,6 +10,8 @@
 #include "firmware/linux/commands/picture.h"
 #include "motion/core/err.h"
 
+#define OTG_ANSWER_TEXT 128 /* of a status, with its end */
+
 void otg_answer_make(struct otg_answer *answer)
 {
     struct otg_motion *motion = &answer->motion;
@@ -116,8 +118,10 @@ static bool otg_is_kept(const struct otg_motion *motion, int leg)
     return kept;
 }
 
-const char *otg_answer_status(const struct otg_answer *answer, int leg,
-                              char text[OTG_ANSWER_TEXT])
+/* Of a leg: "ok", "kept", or "vmax_2: has to be above 0": the column and one
+ * sentence, without a comma. */
+static const char *otg_answer_status(const struct otg_answer *answer, int leg,
+                                     char text[OTG_ANSWER_TEXT])
 {
     const struct otg_motion *motion = &answer->motion;
     if (motion->err < 0)

@@ -19,12 +19,6 @@ void otg_answer_make(struct otg_answer *answer);
 /* Is any row refused? */
 bool otg_answer_is_refused(const struct otg_answer *answer);
 
-/* Of a leg: "ok", "kept", or "vmax_2: has to be above 0": the column and one
- * sentence, without a comma. */
-#define OTG_ANSWER_TEXT 128
-const char *otg_answer_status(const struct otg_answer *answer, int leg,
-                              char text[OTG_ANSWER_TEXT]);
-
 /* row,status,duration; of a motion of several rows, row,status,t */
 void otg_answer_line(const struct otg_answer *answer, FILE *file);
 /* row,axis,t,p,v,a,j per phase, and the end; nothing when refused. */

@@ -280,7 +280,11 @@ static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
     return ok;
 }
 
-enum status live_look(struct live *live, FILE *file)
+/* --dry-run, on what is open: are the drives there, each off and without fault,
+ * and nothing in the way?  Nothing is enabled.  A line for each on `file`
+ * (NULL: none).  STATUS_OK, or STATUS_REFUSED: the real run would end so,
+ * too. */
+static enum status live_look(struct live *live, FILE *file)
 {
     const int64_t start_ns = live->now_ns;
     char text[LIVE_FAULT_MAX];

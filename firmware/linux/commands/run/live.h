@@ -65,13 +65,8 @@ enum status live_confirm(struct live *live, const struct options *options,
 /* That, and live_open. */
 enum status live_begin(struct live *live, const struct options *options,
                        const char *command, bool paced);
-/* --dry-run, on what is open: are the drives there, each off and without fault,
- * and nothing in the way?  Nothing is enabled.  A line for each on `file`
- * (NULL: none).  STATUS_OK, or STATUS_REFUSED: the real run would end so,
- * too. */
-enum status live_look(struct live *live, FILE *file);
-/* What --dry-run says of a real machine: live_open and live_look; of a
- * simulated one nothing. */
+/* What --dry-run says of a real machine: opens it and looks at the drives,
+ * STATUS_REFUSED where the real run would end so; of a simulated one nothing. */
 enum status live_dry_run(struct live *live, const struct options *options);
 /* The same, and with --json an object that says so: for commands that have no
  * report of what they would do. */

@@ -94,7 +94,9 @@ cJSON *served_command(const char *name)
     return command;
 }
 
-cJSON *served_ask(struct served *self, cJSON *command)
+/* One command, one answer, which is the caller's.  NULL: refused, or gone, with
+ * a line on stderr. */
+static cJSON *served_ask(struct served *self, cJSON *command)
 {
     char name[32];
     snprintf(name, sizeof name, "%s",

@@ -46,9 +46,7 @@ enum status served_allow(const struct served *self, bool is_plain,
 void served_say(const struct served *self, const char *what);
 
 cJSON *served_command(const char *name);
-/* One command, one answer, which is the caller's.  NULL: refused, or gone, with
- * a line on stderr. */
-cJSON *served_ask(struct served *self, cJSON *command);
+/* One command and its answer: refused, or gone, with a line on stderr. */
 enum status served_do(struct served *self, cJSON *command);
 /* The state as it is now; renews the lease. */
 enum status served_look(struct served *self);

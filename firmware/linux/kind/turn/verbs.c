@@ -86,9 +86,9 @@ static void value_turns_in_units(const struct session *session,
              value->unit + strlen("turns"));
 }
 
-void turn_read_quantity(struct session *session,
-                        const struct quantity *quantity,
-                        struct drive_value *value)
+static void turn_read_quantity(struct session *session,
+                               const struct quantity *quantity,
+                               struct drive_value *value)
 {
     uint32_t raw = 0;
     float real;

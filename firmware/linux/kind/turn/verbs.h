@@ -24,9 +24,6 @@ int turn_by_name(const char *text, const char *what,
 int turn_type(const struct options *options, struct quantity *quantity,
               char message[QUANTITY_MESSAGE_MAX]);
 
-void turn_read_quantity(struct session *session,
-                        const struct quantity *quantity,
-                        struct drive_value *value);
 /* All of a list that can be asked for, what it does not say left out. */
 void turn_read_list(struct session *session, const struct quantity *list,
                     unsigned count, struct drive_info *info);
