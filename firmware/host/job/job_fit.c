@@ -249,15 +249,35 @@ static void job_fit_print_rolls(const struct job *job,
     fprintf(file, "; slew fit writes %s.\n", pre && post ? "them" : "it");
 }
 
+/* What no duration cures, and what does. */
+static void job_fit_print_uncured(const struct job *job, FILE *file)
+{
+    bool steps = false, leaves = false, moves = false;
+
+    for (uint32_t i = 0; i < job->violation_count; i++) {
+        const enum job_violation_kind kind = job->violation[i].kind;
+        steps |= kind == JOB_VEL_STEP || kind == JOB_ACC_STEP;
+        leaves |= kind == JOB_POS_LOW || kind == JOB_POS_HIGH;
+        moves |= kind == JOB_START_MOVING || kind == JOB_END_MOVING;
+    }
+    if (steps)
+        fputs("No duration removes a step: another curve does, such as "
+              "quintic or c4.\n",
+              file);
+    if (leaves)
+        fputs("No duration brings a position into its range: other keys do.\n",
+              file);
+    if (moves)
+        fputs("No duration brings an end to rest: other keys or ends do.\n",
+              file);
+}
+
 void job_fit_print(const struct job *job, FILE *file)
 {
     const struct job_fit fit = job_fit_of(job);
     char duration[NUMBER_MAX], percent[NUMBER_MAX];
 
-    if (!fit.is_cured)
-        fputs("No duration removes a step, or brings a position into its "
-              "range.\n",
-              file);
+    job_fit_print_uncured(job, file);
     job_fit_print_rolls(job, &fit, file);
     if (fit.stretch <= 1)
         return;

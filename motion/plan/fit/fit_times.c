@@ -165,13 +165,16 @@ static int fit_refuse_violation(const struct fit *self, uint32_t a,
         [PLAN_VEL_STEP] = "steps in velocity",
         [PLAN_ACC_STEP] = "steps in acceleration",
     };
+    const bool steps =
+        found->kind == PLAN_VEL_STEP || found->kind == PLAN_ACC_STEP;
     const struct plan_axis *axis = &self->request->move->axis[a];
 
     plan_error_set(self->error, MOTION_E_LIMIT, axis->place,
                    "axis %s %s at %.6g s, and a longer duration does not "
-                   "help: other keys, or another curve, would",
-                   axis->name, text[found->kind],
-                   move_seconds(found->t_ns_q12));
+                   "help: %s would",
+                   axis->name, text[found->kind], move_seconds(found->t_ns_q12),
+                   steps ? "another curve, such as quintic or c4,"
+                         : "other keys");
     self->error->axis = a;
     return MOTION_E_LIMIT;
 }
