@@ -10,21 +10,13 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/curve/ease.h"
+#include "tests/firmware/control/ideal_drive.h"
 #include "tests/support/check.h"
 
-#define MS    INT64_C(1000000)
 #define MSQ12 (MS * MOTION_FIXED_NS_Q12)
-#define UNIT  MOTION_FIXED_ONE_Q32
 #define AXES  2
 
-struct bench_drive {
-    struct hal_drive drive;
-    struct hal_drive_target given;
-    bool enabled;
-};
-
-static int64_t now_ns;
-static struct bench_drive drive[AXES];
+static struct ideal_drive drive[AXES];
 static struct controller controller;
 static struct controller_axis axes[AXES];
 static struct controller_axis_config configs[AXES];
@@ -32,38 +24,6 @@ static struct controller_jog jog;
 static struct playback playback;
 static struct playback_axis playback_axes[AXES];
 static struct mailbox mailbox;
-
-static void bench_request(struct hal_drive *self,
-                          enum hal_drive_request request)
-{
-    ((struct bench_drive *)self)->enabled = request == HAL_DRIVE_REQUEST_ENABLE;
-}
-
-static int bench_set_target(struct hal_drive *self,
-                            const struct hal_drive_target *target)
-{
-    ((struct bench_drive *)self)->given = *target;
-    return MOTION_OK;
-}
-
-static void bench_feedback(struct hal_drive *self,
-                           struct hal_drive_feedback *feedback)
-{
-    const struct bench_drive *own = (struct bench_drive *)self;
-    *feedback = (struct hal_drive_feedback){
-        .state = own->enabled ? HAL_DRIVE_ENABLED : HAL_DRIVE_OFF,
-        .pos_q32 = own->given.pos_q32,
-        .t_ns = now_ns - MS,
-        .demand_age_ns = MS,
-        .following = true,
-    };
-}
-
-static const struct hal_drive_ops bench_ops = {
-    .request = bench_request,
-    .set_target = bench_set_target,
-    .feedback = bench_feedback,
-};
 
 static void tick(void)
 {
@@ -75,15 +35,6 @@ static void tick(void)
     playback_step(&playback);
 }
 
-static const struct controller_axis_config axis_config = {
-    .pos_min_q32 = -100 * UNIT,
-    .pos_max_q32 = 100 * UNIT,
-    .limit = { 50 * UNIT, 400 * UNIT, 6000 * UNIT },
-    .stop = { 50 * UNIT, 1000 * UNIT, 40000 * UNIT },
-    .following_floor_q32 = UNIT,
-    .following_k_ns = 10 * MS,
-};
-
 static int begin_off(void **state)
 {
     struct hal_drive *drives[AXES];
@@ -94,8 +45,8 @@ static int begin_off(void **state)
     memset(drive, 0, sizeof drive);
     memset(&jog, 0, sizeof jog);
     for (int i = 0; i < AXES; i++) {
-        configs[i] = axis_config;
-        drive[i].drive.ops = &bench_ops;
+        configs[i] = ideal_axis;
+        drive[i].drive.ops = &ideal_drive_ops;
         drives[i] = &drive[i].drive;
     }
     now_ns = 1000 * MS;

@@ -6,53 +6,10 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "tests/firmware/control/ideal_drive.h"
 #include "tests/support/check.h"
 
-#define MS   INT64_C(1000000)
-#define UNIT MOTION_FIXED_ONE_Q32
-
-struct fake_drive {
-    struct hal_drive drive;
-    struct hal_drive_target given;
-    int64_t zero_q32; /* its own 0 */
-    bool enabled;
-};
-
-static void fake_request(struct hal_drive *drive,
-                         enum hal_drive_request request)
-{
-    ((struct fake_drive *)drive)->enabled = request == HAL_DRIVE_REQUEST_ENABLE;
-}
-
-static int fake_set_target(struct hal_drive *drive,
-                           const struct hal_drive_target *target)
-{
-    ((struct fake_drive *)drive)->given = *target;
-    return MOTION_OK;
-}
-
-static int64_t now_ns;
-
-static void fake_feedback(struct hal_drive *drive,
-                          struct hal_drive_feedback *feedback)
-{
-    const struct fake_drive *self = (struct fake_drive *)drive;
-    *feedback = (struct hal_drive_feedback){
-        .state = self->enabled ? HAL_DRIVE_ENABLED : HAL_DRIVE_OFF,
-        .pos_q32 = self->given.pos_q32,
-        .t_ns = now_ns - MS,
-        .demand_age_ns = MS,
-        .following = true,
-    };
-}
-
-static const struct hal_drive_ops fake_ops = {
-    .request = fake_request,
-    .set_target = fake_set_target,
-    .feedback = fake_feedback,
-};
-
-static struct fake_drive drive[2];
+static struct ideal_drive drive[2];
 static struct controller controller;
 static struct controller_axis axes[2];
 static struct controller_jog jog;
@@ -65,15 +22,6 @@ static void tick(void)
     controller_jog_step(&controller, &jog);
 }
 
-static const struct controller_axis_config axis_config = {
-    .pos_min_q32 = -100 * UNIT,
-    .pos_max_q32 = 100 * UNIT,
-    .limit = { 50 * UNIT, 400 * UNIT, 6000 * UNIT },
-    .stop = { 50 * UNIT, 1000 * UNIT, 40000 * UNIT },
-    .following_floor_q32 = UNIT,
-    .following_k_ns = 10 * MS,
-};
-
 static int begin(void **state)
 {
     struct hal_drive *drives[2] = { &drive[0].drive, &drive[1].drive };
@@ -82,11 +30,11 @@ static int begin(void **state)
                                               .axis_count = 2,
                                               .axis = configs };
     (void)state;
-    configs[0] = configs[1] = axis_config;
+    configs[0] = configs[1] = ideal_axis;
     configs[1].needs_homing = true;
     memset(drive, 0, sizeof drive);
     memset(&jog, 0, sizeof jog);
-    drive[0].drive.ops = drive[1].drive.ops = &fake_ops;
+    drive[0].drive.ops = drive[1].drive.ops = &ideal_drive_ops;
     now_ns = 1000 * MS;
     if (controller_init(&controller, &config, axes, drives, NULL) < 0)
         return -1;

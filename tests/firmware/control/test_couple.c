@@ -9,57 +9,14 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/move.h"
+#include "tests/firmware/control/ideal_drive.h"
 #include "tests/support/check.h"
 
-#define MS   INT64_C(1000000)
-#define UNIT MOTION_FIXED_ONE_Q32
-#define S    (INT64_C(1000000000) * MOTION_FIXED_NS_Q12)
+#define S (INT64_C(1000000000) * MOTION_FIXED_NS_Q12)
 
 enum { MASTER, FOLLOWER, OTHER, AXES };
 
-struct fake_drive {
-    struct hal_drive drive;
-    struct hal_drive_target given;
-    bool enabled, faulty;
-};
-
-static int64_t now_ns;
-
-static void fake_request(struct hal_drive *drive,
-                         enum hal_drive_request request)
-{
-    ((struct fake_drive *)drive)->enabled = request == HAL_DRIVE_REQUEST_ENABLE;
-}
-
-static int fake_set_target(struct hal_drive *drive,
-                           const struct hal_drive_target *target)
-{
-    ((struct fake_drive *)drive)->given = *target;
-    return MOTION_OK;
-}
-
-static void fake_feedback(struct hal_drive *drive,
-                          struct hal_drive_feedback *feedback)
-{
-    const struct fake_drive *self = (struct fake_drive *)drive;
-    *feedback = (struct hal_drive_feedback){
-        .state = self->faulty    ? HAL_DRIVE_FAULT
-                 : self->enabled ? HAL_DRIVE_ENABLED
-                                 : HAL_DRIVE_OFF,
-        .pos_q32 = self->given.pos_q32,
-        .t_ns = now_ns - MS,
-        .demand_age_ns = MS,
-        .following = true,
-    };
-}
-
-static const struct hal_drive_ops fake_ops = {
-    .request = fake_request,
-    .set_target = fake_set_target,
-    .feedback = fake_feedback,
-};
-
-static struct fake_drive drive[AXES];
+static struct ideal_drive drive[AXES];
 static struct controller controller;
 static struct controller_axis_config configs[AXES];
 static struct controller_axis axes[AXES];
@@ -83,15 +40,8 @@ static int begin(void **state)
     memset(drive, 0, sizeof drive);
     memset(&jog, 0, sizeof jog);
     for (int i = 0; i < AXES; i++) {
-        configs[i] = (struct controller_axis_config){
-            .pos_min_q32 = -100 * UNIT,
-            .pos_max_q32 = 100 * UNIT,
-            .limit = { 50 * UNIT, 400 * UNIT, 6000 * UNIT },
-            .stop = { 50 * UNIT, 1000 * UNIT, 40000 * UNIT },
-            .following_floor_q32 = UNIT,
-            .following_k_ns = 10 * MS,
-        };
-        drive[i].drive.ops = &fake_ops;
+        configs[i] = ideal_axis;
+        drive[i].drive.ops = &ideal_drive_ops;
         drives[i] = &drive[i].drive;
         before[i][0] = before[i][1] = 0;
     }
