@@ -3,7 +3,7 @@
  * All calls are non-blocking and cheap enough for the tick.  The drive object
  * keeps its own start-up and state machine and is moved on by its fieldbus
  * (hal/fieldbus.h); the controller asks for a condition and watches feedback
- * until it is there.  Positions are in the axis's unit; the drive knows the
+ * until it is there.  Positions are in the axis's unit; the drive has the
  * gear.
  *
  * A drive begins in the first mode, following set points.  Some can also move
@@ -33,7 +33,7 @@ enum hal_drive_state {
 };
 const char *hal_drive_state_text(enum hal_drive_state state);
 
-/* What the controller wants the drive to be. */
+/* What the controller requests the drive to be. */
 enum hal_drive_request {
     HAL_DRIVE_REQUEST_OFF,
     HAL_DRIVE_REQUEST_ENABLE,

@@ -5,7 +5,7 @@
  * for every request that was taken, in the same order.  The line keeps its own
  * silences and time-outs, and after a transaction that failed it makes sure
  * that no late answer can be taken for the next one.  Nothing is repeated: only
- * the caller knows what may be done twice.
+ * the caller decides what may be done twice.
  *
  * Implementations: hal/modbus/master.c (RTU, by bytes: simulated lines and
  * microcontrollers), hal/linux/libmodbus.c (serial and TCP).  A line is not

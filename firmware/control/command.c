@@ -372,7 +372,7 @@ int controller_hold(struct controller *controller)
     if (controller->state != CONTROLLER_MOVING)
         return MOTION_E_STATE;
     if (controller_any_coupled(controller)) {
-        controller_jog_brake(controller, false); /* a ramp knows one axis */
+        controller_jog_brake(controller, false); /* a ramp is of one axis */
         return MOTION_OK;
     }
     controller->is_held = true;

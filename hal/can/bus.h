@@ -1,7 +1,7 @@
 /* hal/can/bus.h - a CAN bus with drives that are not CANopen.
  *
  * One object per CAN port.  It owns the port and hands every frame to the first
- * of its nodes that knows it; what the frames mean is the drives' business
+ * of its nodes that understands it; what the frames mean is the drives' business
  * (those on hal/drive/turn/drive.h), of whatever kind and mixed.  Nobody sends
  * a SYNC: a drive takes a set point when it comes.
  *

@@ -155,7 +155,7 @@ struct modbus_map_alarm {
 struct modbus_map {
     char title[MODBUS_MAP_TITLE_MAX];
     struct modbus_rtu_line line; /* as the drive leaves the factory; its gap is
-                                    the least it wants */
+                                    the least it takes */
     int64_t turnaround_ns; /* from the end of a request, silence included, to
                               its answer */
     int64_t timeout_ns;

@@ -6,7 +6,7 @@
 #include "motion/core/fixed.h"
 
 /* num of a and den of b bits: shift = 62 + b - a, 0 .. 124, so that num <<
- * shift has 62 + b bits; its upper word is below den, as the division wants,
+ * shift has 62 + b bits; its upper word is below den, as the division needs,
  * and the quotient is below 2^63. */
 int hal_ratio_init(struct hal_ratio *ratio, int64_t num, int64_t den, int bits)
 {

@@ -10,7 +10,7 @@
  *   s-curve    acceleration rises and falls at constant jerk; no steps
  *
  * Parabolic and sine need infinite jerk where acceleration steps: a machine
- * with a jerk limit wants the s-curve.  The normaliser of the sine law is
+ * with a jerk limit needs the s-curve.  The normaliser of the sine law is
  * f = 2 k1/pi + (k2 - k1) + 2 (1 - k2)/pi.
  * Source: R. Parent, Computer Animation (3rd ed.), 3.3; Biagiotti & Melchiorri,
  * Trajectory Planning (2008), 3.4 (double S). */

@@ -38,7 +38,7 @@ struct sim_mechanics;
 struct sim_plant {
     struct sim_plant_config config;
     /* What the motor turns, set by the owner after init at the same place; NULL:
-     * it is rigid and the loop knows its inertia.  Else the loop has an integral
+     * it is rigid and the loop is tuned for its inertia.  Else the loop has an integral
      * too, of omega^3 / 8, which carries a weight. */
     struct sim_mechanics *mechanics;
     int64_t pos_q24; /* counts, 24 fraction bits, +-2^38 counts */

@@ -36,7 +36,7 @@ struct trace {
 void trace_init(struct trace *trace, unsigned axis_count);
 void trace_free(struct trace *trace);
 /* Rows of the move and of settling after it; others are passed over.  `context`
- * is the trace: the form that telemetry_read wants. */
+ * is the trace: the form that telemetry_read takes. */
 void trace_take(void *context, const struct telemetry_row *row);
 const struct trace_axis *trace_at(const struct trace *trace, size_t index,
                                   unsigned axis);

@@ -1,10 +1,10 @@
 /* firmware/linux/player/run_follow.h - a move that keeps to another clock: LTC
  * from a sound card, MIDI timecode, or frame pulses on a line.
  *
- * A thread of its own reads timecode and knows when each byte came; pulses are
+ * A thread of its own reads timecode with the time at which each byte came; pulses are
  * seen by the tick, which hands them over in a ring.  Whoever looks on compares
  * theirs with the move's time and steers its speed through the mailbox, so that
- * the tick knows nothing of it but when to start, and a ramp is one within the
+ * the tick gets nothing of it but when to start, and a ramp is one within the
  * limits as every other.  When the clock is lost or jumps, the move is held. */
 #ifndef FIRMWARE_LINUX_PLAYER_RUN_FOLLOW_H
 #define FIRMWARE_LINUX_PLAYER_RUN_FOLLOW_H

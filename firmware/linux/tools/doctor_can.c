@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define CAN_ARPHRD      280 /* of the kernel's if_arp.h */
-#define CAN_QUEUE       64  /* frames that hal/linux/socketcan.h wants */
+#define CAN_QUEUE       64  /* frames that hal/linux/socketcan.h needs */
 #define CAN_RATE        1000000
 #define CAN_SAMPLE_LOW  700 /* permille; CiA 301 table 1 has 875 */
 #define CAN_SAMPLE_HIGH 900

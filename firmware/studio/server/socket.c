@@ -225,7 +225,7 @@ static bool socket_has_more(const struct studio_connection *self,
            socket_is_due(self, now_ns) || self->link < 0;
 }
 
-/* One write per call, as libwebsockets wants it; lines first. */
+/* One write per call, as libwebsockets requires; lines first. */
 static int socket_write(struct studio_connection *self)
 {
     const int64_t now_ns = studio_now_ns();

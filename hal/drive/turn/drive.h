@@ -12,7 +12,7 @@
  *
  * A drive that was LOST may hear all the same.  One that followed set points is
  * ramped down by them, from the last one on; then, and at once where it moved
- * by its own profile, of which nobody knows how far it is, it is disarmed every
+ * by its own profile, whose progress cannot be read, it is disarmed every
  * 150 ms until it says that it has no torque.  A reset meanwhile looks for it
  * anew and goes on disarming it until it is found.
  *

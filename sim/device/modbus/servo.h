@@ -6,7 +6,7 @@
  *
  * Inside: a trapezoid from where it is to the target it was given last, at the
  * speed and ramps that came with it (or as it was set up: steeper than its
- * motor, which is what streaming wants), and the plant of plant.h behind it.  A
+ * motor, which is what streaming needs), and the plant of plant.h behind it.  A
  * new target takes over at once. */
 #ifndef SIM_DEVICE_MODBUS_SERVO_H
 #define SIM_DEVICE_MODBUS_SERVO_H
