@@ -9,12 +9,9 @@
 #include <unistd.h>
 
 #include "firmware/host/track/compiled.h"
-#include "firmware/linux/commands/planning.h"
-#include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/player/player.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
-#include "tests/support/check.h"
+#include "tests/firmware/linux/player/player_bench.h"
 
 #define SEGMENTS 12000
 #define STEP     (MOTION_FIXED_S_Q12 / 125) /* 8 ms each: 96 s */
@@ -23,18 +20,9 @@
 static struct motion_segment storage[SEGMENTS];
 static struct motion_track whole;
 static char path[64];
-static volatile sig_atomic_t interrupts;
 
-static struct bench {
-    struct hal_clock clock; /* passes on to the world's */
-    struct job job;
-    struct machine_sim sim;
-    struct machine machine;
-    struct player player;
-    struct report report;
-    struct motion_cursor cursor;
-    uint32_t compared, most;
-} bench;
+static struct motion_cursor cursor;
+static uint32_t compared, most;
 
 /* p = 200 + 300 (1 - cos x)^2: begins and ends at rest, without acceleration
  * and jerk. */
@@ -75,48 +63,23 @@ static void save_wave(void)
     assert_int_equal(fclose(out), 0);
 }
 
-static int64_t bench_now_ns(struct hal_clock *clock)
-{
-    (void)clock;
-    return bench.sim.world.now_ns;
-}
-
-/* Between ticks: was the last set point the one of the whole track? */
-static int bench_wait_until(struct hal_clock *clock, int64_t t_ns)
+static int64_t before_wait(int64_t t_ns)
 {
     const struct controller *controller = &bench.machine.controller;
     struct motion_sample want;
-    (void)clock;
     if (bench.player.phase == TELEMETRY_MOVE &&
         controller->state == CONTROLLER_MOVING && controller->rate.s_ns_q12) {
-        motion_track_sample(&whole, &bench.cursor, controller->rate.s_ns_q12,
-                            &want);
+        motion_track_sample(&whole, &cursor, controller->rate.s_ns_q12, &want);
         assert_int_equal(controller->axis[0].target.pos_q32, want.pos_q32);
-        bench.compared++;
+        compared++;
     }
-    if (bench.job.track[0].count > bench.most)
-        bench.most = bench.job.track[0].count;
-    return hal_clock_wait_until(&bench.sim.world.clock, t_ns);
+    if (bench.job.track[0].count > most)
+        most = bench.job.track[0].count;
+    return t_ns;
 }
 
-static const struct hal_clock_ops bench_clock_ops = {
-    .now_ns = bench_now_ns,
-    .wait_until = bench_wait_until,
-};
-
-static void bench_free(void)
+static int open_wave(void **state)
 {
-    player_free(&bench.player);
-    report_free(&bench.report);
-    machine_free(&bench.machine);
-    machine_sim_free(&bench.sim);
-    job_free(&bench.job);
-}
-
-static int bench_open(void **state)
-{
-    char message[YAML_MESSAGE_MAX] = "";
-    struct machine_ports ports;
     const char *const files[] = { "examples/dolly/rig.yaml", path };
 
     (void)state;
@@ -126,34 +89,27 @@ static int bench_open(void **state)
         return -1;
     plan_wave();
     save_wave();
-    memset(&bench, 0, sizeof bench);
-    if (planning_open(&bench.job, files, 2, true) != STATUS_OK ||
-        machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
-            0)
-        return -1;
-    bench.clock.ops = &bench_clock_ops;
-    ports.clock = &bench.clock;
-    report_init(&bench.report, &bench.job);
-    return machine_init(&bench.machine, &bench.job.rig, &ports, message);
+    cursor = (struct motion_cursor){ 0 };
+    compared = most = 0;
+    bench_open(files, 2, true);
+    return 0;
 }
 
-static int bench_close(void **state)
+static int close_wave(void **state)
 {
     (void)state;
     bench_free();
     return unlink(path);
 }
 
-static void bench_run(int64_t hold_at_ns)
+static void run(int64_t hold_at_ns)
 {
     const struct player_config config = {
         .override_q30 = MOTION_CLOCK_WARP_ONE_Q30,
         .hold_at_ns = hold_at_ns,
         .resume_after_ns = SECOND,
     };
-    const struct player_observer observer = { .report = &bench.report };
-    player_init(&bench.player, &bench.machine, &bench.job, &config, &observer);
-    assert_int_equal(player_run(&bench.player, &interrupts), 0);
+    bench_play(&config, (struct player_observer){ NULL });
 }
 
 static void it_is_inside_the_limits(void **state)
@@ -166,11 +122,11 @@ static void it_is_inside_the_limits(void **state)
 static void every_set_point_is_as_from_memory(void **state)
 {
     (void)state;
-    bench_run(40 * SECOND);
+    run(40 * SECOND);
     assert_int_equal(bench.report.end, REPORT_DONE);
     assert_int_equal(bench.report.path_ns_q12, whole.end_ns_q12);
-    assert_true(bench.compared > 95000);
-    assert_in_range(bench.most, TRACK_STREAM_PLAY / 2, TRACK_STREAM_PLAY);
+    assert_true(compared > 95000);
+    assert_in_range(most, TRACK_STREAM_PLAY / 2, TRACK_STREAM_PLAY);
     assert_null(compiled_error(bench.job.compiled));
 }
 
@@ -186,7 +142,7 @@ static void a_file_that_goes_bad_stops_along_the_path(void **state)
     fseek(out, SEGMENTS / TRACK_FILE_BLOCK / 2 * 2576, SEEK_SET);
     fwrite("?????", 1, 5, out);
     fclose(out);
-    bench_run(-1);
+    run(-1);
     assert_int_equal(bench.report.end, REPORT_FAULT);
     assert_int_equal(bench.report.fault.fault, CONTROLLER_FAULT_TRACK);
     assert_non_null(strstr(bench.report.fault_text, "is damaged"));
@@ -205,12 +161,12 @@ static void a_file_that_goes_bad_stops_along_the_path(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(it_is_inside_the_limits, bench_open,
-                                        bench_close),
+        cmocka_unit_test_setup_teardown(it_is_inside_the_limits, open_wave,
+                                        close_wave),
         cmocka_unit_test_setup_teardown(every_set_point_is_as_from_memory,
-                                        bench_open, bench_close),
+                                        open_wave, close_wave),
         cmocka_unit_test_setup_teardown(
-            a_file_that_goes_bad_stops_along_the_path, bench_open, bench_close),
+            a_file_that_goes_bad_stops_along_the_path, open_wave, close_wave),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

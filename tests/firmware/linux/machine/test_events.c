@@ -3,35 +3,25 @@
  * stop and a dead line. */
 #include <string.h>
 
-#include "firmware/linux/commands/planning.h"
-#include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/machine_trigger.h"
-#include "firmware/linux/player/player.h"
 #include "motion/core/fixed.h"
-#include "tests/support/check.h"
+#include "tests/firmware/linux/player/player_bench.h"
 
 #define MS    INT64_C(1000000)
 #define SHOTS 100
 
-struct bench {
-    struct hal_clock clock; /* passes on to the world's, and looks */
-    struct job job;
-    struct machine_sim sim;
-    struct machine machine;
-    struct player player;
-    struct report report;
-    struct shots shots;
-    volatile sig_atomic_t interrupts;
-    int64_t stop_ns, dead_ns; /* of the run; 0: never */
+static struct shots shots;
+static int64_t stop_ns, dead_ns; /* of the run; 0: never */
+
+/* What the lines and the path did. */
+static struct {
     bool active[RIG_LINES_MAX];
     unsigned pulses[RIG_LINES_MAX];
     int64_t rise_ns[RIG_LINES_MAX], shortest_ns[RIG_LINES_MAX];
     /* of every shot: its pulse, and the first tick whose path time has it */
     int64_t fired_ns[RIG_LINES_MAX][SHOTS], reached_ns[RIG_LINES_MAX][SHOTS];
     uint32_t reached[RIG_LINES_MAX];
-};
-
-static struct bench bench;
+} seen;
 
 static void look_at_line(unsigned i)
 {
@@ -39,89 +29,58 @@ static void look_at_line(unsigned i)
     const bool active =
         (line->level == SIM_GPIO_HIGH) != line->config.active_low;
     const int64_t now_ns = bench.sim.world.now_ns;
-    if (active == bench.active[i] || line->level == SIM_GPIO_DEAD)
+    if (active == seen.active[i] || line->level == SIM_GPIO_DEAD)
         return;
-    bench.active[i] = active;
-    if (active && bench.pulses[i] < SHOTS)
-        bench.fired_ns[i][bench.pulses[i]] = now_ns;
-    bench.pulses[i] += active;
+    seen.active[i] = active;
+    if (active && seen.pulses[i] < SHOTS)
+        seen.fired_ns[i][seen.pulses[i]] = now_ns;
+    seen.pulses[i] += active;
     if (active)
-        bench.rise_ns[i] = now_ns;
-    else if (now_ns - bench.rise_ns[i] < bench.shortest_ns[i])
-        bench.shortest_ns[i] = now_ns - bench.rise_ns[i];
+        seen.rise_ns[i] = now_ns;
+    else if (now_ns - seen.rise_ns[i] < seen.shortest_ns[i])
+        seen.shortest_ns[i] = now_ns - seen.rise_ns[i];
 }
 
 static void look_at_path(unsigned i)
 {
-    const struct plan_shots *shots = &bench.job.shots[i];
-    uint32_t *reached = &bench.reached[i];
+    const struct plan_shots *planned = &bench.job.shots[i];
+    uint32_t *reached = &seen.reached[i];
     if (bench.player.phase < TELEMETRY_MOVE)
         return;
-    while (*reached < shots->count && *reached < SHOTS &&
-           shots->t_ns_q12[*reached] <= bench.machine.controller.rate.s_ns_q12)
-        bench.reached_ns[i][(*reached)++] = bench.sim.world.now_ns;
+    while (*reached < planned->count && *reached < SHOTS &&
+           planned->t_ns_q12[*reached] <=
+               bench.machine.controller.rate.s_ns_q12)
+        seen.reached_ns[i][(*reached)++] = bench.sim.world.now_ns;
 }
 
-static int64_t bench_now_ns(struct hal_clock *clock)
+static int64_t before_wait(int64_t t_ns)
 {
-    (void)clock;
-    return bench.sim.world.now_ns;
-}
-
-static int bench_wait_until(struct hal_clock *clock, int64_t t_ns)
-{
-    (void)clock;
     const int64_t run_ns = t_ns - bench.player.start_ns;
     for (unsigned i = 0; i < bench.job.rig.line_count; i++) {
         look_at_line(i);
         look_at_path(i);
     }
-    if (bench.stop_ns > 0 && run_ns >= bench.stop_ns)
+    if (stop_ns > 0 && run_ns >= stop_ns)
         bench.interrupts = 1;
-    if (bench.dead_ns > 0 && run_ns >= bench.dead_ns)
+    if (dead_ns > 0 && run_ns >= dead_ns)
         sim_gpio_drive(&bench.sim.line[0], SIM_GPIO_DEAD);
-    return hal_clock_wait_until(&bench.sim.world.clock, t_ns);
-}
-
-static const struct hal_clock_ops bench_clock_ops = {
-    .now_ns = bench_now_ns,
-    .wait_until = bench_wait_until,
-};
-
-static void bench_free(void)
-{
-    player_free(&bench.player);
-    report_free(&bench.report);
-    machine_free(&bench.machine);
-    machine_sim_free(&bench.sim);
-    job_free(&bench.job);
+    return t_ns;
 }
 
 static void open_rig(const char *directory)
 {
-    char message[YAML_MESSAGE_MAX] = "";
-    struct machine_ports ports;
-    memset(&bench, 0, sizeof bench);
+    stop_ns = dead_ns = 0;
+    memset(&seen, 0, sizeof seen);
     for (unsigned i = 0; i < RIG_LINES_MAX; i++)
-        bench.shortest_ns[i] = INT64_MAX;
-    assert_int_equal(planning_open(&bench.job, &directory, 1, false),
-                     STATUS_OK);
-    assert_int_equal(
-        machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message),
-        MOTION_OK);
-    bench.clock.ops = &bench_clock_ops;
-    ports.clock = &bench.clock;
-    report_init(&bench.report, &bench.job);
-    shots_init(&bench.shots, &bench.job);
-    assert_int_equal(
-        machine_init(&bench.machine, &bench.job.rig, &ports, message),
-        MOTION_OK);
+        seen.shortest_ns[i] = INT64_MAX;
+    bench_open(&directory, 1, false);
+    shots_init(&shots, &bench.job);
 }
 
 static int close_rig(void **state)
 {
     (void)state;
-    shots_free(&bench.shots);
+    shots_free(&shots);
     bench_free();
     return 0;
 }
@@ -133,19 +92,16 @@ static void run(int percent, int64_t hold_at_ns, int64_t resume_after_ns)
         .hold_at_ns = hold_at_ns,
         .resume_after_ns = resume_after_ns,
     };
-    const struct player_observer observer = { .report = &bench.report,
-                                              .shots = &bench.shots };
-    player_init(&bench.player, &bench.machine, &bench.job, &config, &observer);
-    assert_int_equal(player_run(&bench.player, &bench.interrupts), 0);
+    bench_play(&config, (struct player_observer){ .shots = &shots });
 }
 
 static void expect_all(void)
 {
-    for (unsigned i = 0; i < bench.shots.count; i++) {
-        const struct shots_line *line = &bench.shots.line[i];
+    for (unsigned i = 0; i < shots.count; i++) {
+        const struct shots_line *line = &shots.line[i];
         assert_int_equal(line->fired, bench.job.shots[line->line].count);
-        assert_int_equal(bench.pulses[line->line], line->fired);
-        assert_in_range(bench.shortest_ns[line->line],
+        assert_int_equal(seen.pulses[line->line], line->fired);
+        assert_in_range(seen.shortest_ns[line->line],
                         bench.job.rig.line[line->line].width_ns,
                         bench.job.rig.line[line->line].width_ns);
         /* a tick, and what 2^-30 of override leaves */
@@ -184,17 +140,17 @@ static void a_stop_leaves_the_rest_out(void **state)
 {
     (void)state;
     open_rig("tests/data/triggers");
-    bench.stop_ns = 2500 * MS;
+    stop_ns = 2500 * MS;
     run(100, -1, MS);
     assert_int_equal(bench.report.end, REPORT_STOPPED);
-    const struct shots_line *line = &bench.shots.line[0];
+    const struct shots_line *line = &shots.line[0];
     assert_in_range(line->fired, 1, 81);
-    assert_int_equal(bench.pulses[0], line->fired);
+    assert_int_equal(seen.pulses[0], line->fired);
     assert_true(bench.job.shots[0].t_ns_q12[line->fired - 1] <=
                 bench.report.path_ns_q12);
     assert_true(bench.job.shots[0].t_ns_q12[line->fired] >
                 bench.report.path_ns_q12);
-    assert_false(bench.active[0]);
+    assert_false(seen.active[0]);
 }
 
 /* Of tests/data/triggers; whole ticks. */
@@ -221,17 +177,17 @@ static void a_lead_is_time_on_the_clock_at_any_rate(void **state)
         open_rig_with_leads();
         run(percent[n], -1, MS);
         expect_all();
-        assert_int_equal(bench.reached[CAMERA], CAMERA_SHOTS);
-        assert_int_equal(bench.reached[FLASH], FLASH_SHOTS);
+        assert_int_equal(seen.reached[CAMERA], CAMERA_SHOTS);
+        assert_int_equal(seen.reached[FLASH], FLASH_SHOTS);
         for (uint32_t k = 0; k < CAMERA_SHOTS; k++)
-            assert_int_equal(bench.reached_ns[CAMERA][k] -
-                                 bench.fired_ns[CAMERA][k],
+            assert_int_equal(seen.reached_ns[CAMERA][k] -
+                                 seen.fired_ns[CAMERA][k],
                              CAMERA_LEAD);
         for (uint32_t k = 0; k < FLASH_SHOTS; k++)
-            assert_int_equal(bench.reached_ns[FLASH][k] -
-                                 bench.fired_ns[FLASH][k],
+            assert_int_equal(seen.reached_ns[FLASH][k] -
+                                 seen.fired_ns[FLASH][k],
                              FLASH_LEAD);
-        assert_true(bench.fired_ns[CAMERA][0] < bench.player.move_ns);
+        assert_true(seen.fired_ns[CAMERA][0] < bench.player.move_ns);
         if (n + 1 < ARRAY_LEN(percent))
             close_rig(NULL);
     }
@@ -248,14 +204,13 @@ static void a_lead_under_holds_loses_and_repeats_none(void **state)
         run(i % 2 ? 100 : 70, (int64_t)(draw() % 2900) * MS,
             (int64_t)(draw() % 300) * MS);
         assert_int_equal(bench.report.end, REPORT_DONE);
-        assert_int_equal(bench.pulses[CAMERA], CAMERA_SHOTS);
-        assert_int_equal(bench.pulses[FLASH], FLASH_SHOTS);
+        assert_int_equal(seen.pulses[CAMERA], CAMERA_SHOTS);
+        assert_int_equal(seen.pulses[FLASH], FLASH_SHOTS);
         for (uint32_t k = 0; k < CAMERA_SHOTS; k++)
-            assert_true(bench.fired_ns[CAMERA][k] <=
-                        bench.reached_ns[CAMERA][k]);
+            assert_true(seen.fired_ns[CAMERA][k] <= seen.reached_ns[CAMERA][k]);
         for (uint32_t k = 0; k < FLASH_SHOTS; k++)
-            assert_true(bench.fired_ns[FLASH][k] <= bench.reached_ns[FLASH][k]);
-        assert_in_range(bench.shots.line[0].late_ns, 0, CAMERA_LEAD + MS);
+            assert_true(seen.fired_ns[FLASH][k] <= seen.reached_ns[FLASH][k]);
+        assert_in_range(shots.line[0].late_ns, 0, CAMERA_LEAD + MS);
         if (i < 11)
             close_rig(NULL);
     }
@@ -267,27 +222,27 @@ static void a_stop_in_the_run_up_ends_it(void **state)
     (void)state;
     open_rig_with_leads();
     run(100, -1, MS);
-    const int64_t first_ns = bench.fired_ns[CAMERA][0] - bench.player.start_ns;
+    const int64_t first_ns = seen.fired_ns[CAMERA][0] - bench.player.start_ns;
     close_rig(NULL);
     open_rig_with_leads();
-    bench.stop_ns = first_ns + 2 * MS;
+    stop_ns = first_ns + 2 * MS;
     run(100, -1, MS);
     assert_int_equal(bench.report.end, REPORT_STOPPED);
-    assert_int_equal(bench.pulses[CAMERA], 1);
-    assert_int_equal(bench.reached[CAMERA], 0);
-    assert_false(bench.active[CAMERA]);
+    assert_int_equal(seen.pulses[CAMERA], 1);
+    assert_int_equal(seen.reached[CAMERA], 0);
+    assert_false(seen.active[CAMERA]);
 }
 
 static void a_dead_line_stops_nothing_and_is_told(void **state)
 {
     (void)state;
     open_rig("tests/data/triggers");
-    bench.dead_ns = 1500 * MS;
+    dead_ns = 1500 * MS;
     run(100, -1, MS);
     assert_int_equal(bench.report.end, REPORT_DONE);
-    assert_int_equal(bench.shots.line[0].fired, 82);
-    assert_true(bench.shots.line[0].failures > 2 * (82 - bench.pulses[0]) - 3);
-    assert_int_equal(bench.shots.line[1].failures, 0);
+    assert_int_equal(shots.line[0].fired, 82);
+    assert_true(shots.line[0].failures > 2 * (82 - seen.pulses[0]) - 3);
+    assert_int_equal(shots.line[1].failures, 0);
 }
 
 /* The example: each frame is shot while both axes stand. */
@@ -297,7 +252,7 @@ static void stopmotion_shoots_at_rest(void **state)
     open_rig("examples/stopmotion");
     run(100, -1, MS);
     expect_all();
-    const struct shots_line *line = &bench.shots.line[0];
+    const struct shots_line *line = &shots.line[0];
     assert_int_equal(line->fired, 8);
     for (uint32_t k = 0; k < line->fired; k++)
         for (unsigned i = 0; i < 2; i++) {
@@ -305,7 +260,7 @@ static void stopmotion_shoots_at_rest(void **state)
             motion_track_state(&bench.job.track[i],
                                bench.job.shots[line->line].t_ns_q12[k], &at);
             assert_int_equal(at.vel_q32, 0);
-            assert_int_equal(line->seen[k].t_ns - bench.shots.start_ns,
+            assert_int_equal(line->seen[k].t_ns - shots.start_ns,
                              600 * MS + (int64_t)k * 2000 * MS);
         }
 }

@@ -5,41 +5,23 @@
 #include <string.h>
 
 #include "firmware/host/job/budget.h"
-#include "firmware/linux/commands/planning.h"
-#include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/player/player.h"
 #include "motion/core/fixed.h"
-#include "tests/support/check.h"
+#include "tests/firmware/linux/player/player_bench.h"
 
 #define SECOND INT64_C(1000000000)
 #define SEED   UINT64_C(0xA0761D6478BD642F)
 
 /* What happens at a given time of the run; the clock makes it happen. */
-struct bench {
-    struct hal_clock clock; /* passes on to the world's */
-    struct job job;
-    struct machine_sim sim;
-    struct machine machine;
-    struct player player;
-    struct report report;
-    struct trace trace;
-    volatile sig_atomic_t interrupts;
-    int64_t start_ns;
+static struct {
     int64_t interrupt_ns[2]; /* of the run; 0: never */
     int64_t fault_ns;
     enum sim_cia402_fault fault;
     unsigned faulty;
     int64_t pause_at_ns, pause_ns; /* the machine does not run us; 0: never */
     int64_t approach_vel_q32[RIG_AXES_MAX]; /* fastest set point of it */
-};
+} given;
 
-static struct bench bench;
-
-static int64_t bench_now_ns(struct hal_clock *clock)
-{
-    (void)clock;
-    return bench.sim.world.now_ns;
-}
+static struct trace trace;
 
 static void bench_watch_approach(void)
 {
@@ -47,36 +29,30 @@ static void bench_watch_approach(void)
         int64_t vel_q32 =
             llabs(bench.machine.controller.axis[i].target.vel_q32);
         if (bench.player.phase == TELEMETRY_APPROACH &&
-            vel_q32 > bench.approach_vel_q32[i])
-            bench.approach_vel_q32[i] = vel_q32;
+            vel_q32 > given.approach_vel_q32[i])
+            given.approach_vel_q32[i] = vel_q32;
     }
 }
 
-static int bench_wait_until(struct hal_clock *clock, int64_t t_ns)
+static int64_t before_wait(int64_t t_ns)
 {
-    (void)clock;
-    int64_t run_ns = t_ns - bench.start_ns;
+    const int64_t run_ns = t_ns - bench.player.start_ns;
     bench_watch_approach();
     for (int i = 0; i < 2; i++)
-        if (bench.interrupt_ns[i] > 0 && run_ns >= bench.interrupt_ns[i]) {
+        if (given.interrupt_ns[i] > 0 && run_ns >= given.interrupt_ns[i]) {
             bench.interrupts = bench.interrupts + 1;
-            bench.interrupt_ns[i] = 0;
+            given.interrupt_ns[i] = 0;
         }
-    if (bench.fault_ns > 0 && run_ns >= bench.fault_ns) {
-        sim_cia402_inject(&bench.sim.servo[bench.faulty].cia402, bench.fault);
-        bench.fault_ns = 0;
+    if (given.fault_ns > 0 && run_ns >= given.fault_ns) {
+        sim_cia402_inject(&bench.sim.servo[given.faulty].cia402, given.fault);
+        given.fault_ns = 0;
     }
-    if (bench.pause_at_ns > 0 && run_ns >= bench.pause_at_ns) {
-        bench.pause_at_ns = 0;
-        t_ns += bench.pause_ns;
+    if (given.pause_at_ns > 0 && run_ns >= given.pause_at_ns) {
+        given.pause_at_ns = 0;
+        t_ns += given.pause_ns;
     }
-    return hal_clock_wait_until(&bench.sim.world.clock, t_ns);
+    return t_ns;
 }
-
-static const struct hal_clock_ops bench_clock_ops = {
-    .now_ns = bench_now_ns,
-    .wait_until = bench_wait_until,
-};
 
 static const struct player_config plain = {
     .override_q30 = MOTION_CLOCK_WARP_ONE_Q30,
@@ -84,48 +60,28 @@ static const struct player_config plain = {
     .resume_after_ns = SECOND,
 };
 
-static void bench_free(void)
+static int open_dolly(void **state)
 {
-    player_free(&bench.player);
-    report_free(&bench.report);
-    machine_free(&bench.machine);
-    machine_sim_free(&bench.sim);
-    job_free(&bench.job);
-}
-
-static int bench_open(void **state)
-{
-    (void)state;
-    char message[YAML_MESSAGE_MAX] = "";
-    struct machine_ports ports;
     const char *const path[] = { "examples/dolly" };
-    memset(&bench, 0, sizeof bench);
-    if (planning_open(&bench.job, path, 1, false) != STATUS_OK ||
-        machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
-            0)
-        return -1;
-    bench.clock.ops = &bench_clock_ops;
-    ports.clock = &bench.clock;
-    trace_init(&bench.trace, bench.job.rig.axis_count);
-    report_init(&bench.report, &bench.job);
-    return machine_init(&bench.machine, &bench.job.rig, &ports, message);
+
+    (void)state;
+    memset(&given, 0, sizeof given);
+    bench_open(path, 1, false);
+    trace_init(&trace, bench.job.rig.axis_count);
+    return 0;
 }
 
-static int bench_close(void **state)
+static int close_dolly(void **state)
 {
     (void)state;
-    trace_free(&bench.trace);
+    trace_free(&trace);
     bench_free();
     return 0;
 }
 
-static void bench_run(const struct player_config *config)
+static void run(const struct player_config *config)
 {
-    const struct player_observer observer = { .trace = &bench.trace,
-                                              .report = &bench.report };
-    player_init(&bench.player, &bench.machine, &bench.job, config, &observer);
-    bench.start_ns = bench.player.start_ns;
-    assert_int_equal(player_run(&bench.player, &bench.interrupts), 0);
+    bench_play(config, (struct player_observer){ .trace = &trace });
 }
 
 /* One count of the axis's encoder, and the rounding of its conversion. */
@@ -171,7 +127,7 @@ static void assert_torque_is_off(void)
 static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
 {
     (void)state;
-    bench_run(&plain);
+    run(&plain);
     assert_int_equal(bench.report.end, REPORT_DONE);
     assert_int_equal(bench.report.played_ns,
                      bench.job.end_ns_q12 / MOTION_FIXED_NS_Q12);
@@ -180,7 +136,7 @@ static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
     assert_torque_is_off();
     assert_int_equal(bench.report.rows_dropped, 0);
     assert_int_equal(bench.report.ticks_lost, 0);
-    assert_false(bench.trace.warped);
+    assert_false(trace.warped);
     for (unsigned i = 0; i < bench.job.rig.bus_count; i++) {
         struct budget budget;
         budget_of(&bench.job.rig, i, &bench.job, &budget);
@@ -193,16 +149,16 @@ static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
 static void axes_go_to_their_first_keys_at_a_quarter_of_the_limits(void **state)
 {
     (void)state;
-    bench.interrupt_ns[0] = 12 * SECOND;
-    bench_run(&plain);
+    given.interrupt_ns[0] = 12 * SECOND;
+    run(&plain);
     assert_true(bench.report.started);
     int pan = rig_axis_index(&bench.job.rig, "pan"); /* 58 deg to go */
     /* sampling rounds velocity to one unit of its format */
     int64_t most_q32 = bench.job.rig.axis[pan].limit.vel_q32 / 4 + 1;
-    assert_in_range(bench.approach_vel_q32[pan], most_q32 - (1 << 20),
+    assert_in_range(given.approach_vel_q32[pan], most_q32 - (1 << 20),
                     most_q32);
     for (unsigned i = 0; i < bench.job.rig.axis_count; i++)
-        assert_true(bench.approach_vel_q32[i] <=
+        assert_true(given.approach_vel_q32[i] <=
                     bench.job.rig.axis[i].limit.vel_q32 / 4 + 1);
 }
 
@@ -211,7 +167,7 @@ static void half_speed_takes_twice_as_long(void **state)
     (void)state;
     struct player_config slow = plain;
     slow.override_q30 = MOTION_CLOCK_WARP_ONE_Q30 / 2;
-    bench_run(&slow);
+    run(&slow);
     assert_int_equal(bench.report.end, REPORT_DONE);
     assert_int_equal(bench.report.played_ns,
                      2 * bench.job.end_ns_q12 / MOTION_FIXED_NS_Q12);
@@ -225,11 +181,11 @@ static void a_hold_only_makes_it_later(void **state)
     struct player_config hold = plain;
     hold.hold_at_ns = 8 * SECOND;
     hold.resume_after_ns = 3 * SECOND;
-    bench_run(&hold);
+    run(&hold);
     assert_int_equal(bench.report.end, REPORT_DONE);
     assert_true(bench.report.played_ns >
                 bench.job.end_ns_q12 / MOTION_FIXED_NS_Q12 + 3 * SECOND);
-    assert_true(bench.trace.warped);
+    assert_true(trace.warped);
     assert_axes_at_their_last_keys();
     assert_limits_kept();
 }
@@ -249,7 +205,7 @@ static void it_begins_at_a_time_of_the_move(void **state)
     (void)state;
     struct player_config later = plain;
     later.from_ns_q12 = 5 * SECOND * MOTION_FIXED_NS_Q12;
-    bench_run(&later);
+    run(&later);
     const int64_t rest_ns =
         bench.job.end_ns_q12 / MOTION_FIXED_NS_Q12 - 5 * SECOND;
     assert_int_equal(bench.report.end, REPORT_DONE);
@@ -265,7 +221,7 @@ static void there_and_back_ends_where_it_began(void **state)
     struct player_config both = plain;
     both.times = 2;
     both.is_ping_pong = true;
-    bench_run(&both);
+    run(&both);
     assert_int_equal(bench.report.end, REPORT_DONE);
     assert_int_equal(bench.report.times, 2);
     assert_int_equal(bench.report.played_ns,
@@ -279,7 +235,7 @@ static void a_loop_goes_back_to_its_first_keys(void **state)
     (void)state;
     struct player_config again = plain;
     again.times = 3;
-    bench_run(&again);
+    run(&again);
     assert_int_equal(bench.report.end, REPORT_DONE);
     assert_int_equal(bench.report.times, 3);
     assert_true(bench.report.played_ns >
@@ -296,12 +252,12 @@ static void an_endless_one_stops_along_its_path(void **state)
     endless.is_ping_pong = true;
     for (int i = 0; i < 6; i++) {
         if (i > 0) {
-            bench_close(state);
-            assert_int_equal(bench_open(state), 0);
+            close_dolly(state);
+            assert_int_equal(open_dolly(state), 0);
         }
-        bench.interrupt_ns[0] =
+        given.interrupt_ns[0] =
             check_random_in(&seed, 30 * SECOND, 120 * SECOND);
-        bench_run(&endless);
+        run(&endless);
         assert_int_equal(bench.report.end, REPORT_STOPPED);
         assert_limits_kept();
         assert_torque_is_off();
@@ -314,12 +270,12 @@ static void an_interrupt_at_any_time_stops_along_the_path(void **state)
     uint64_t seed = SEED;
     for (int i = 0; i < 12; i++) {
         if (i > 0) {
-            bench_close(state);
-            assert_int_equal(bench_open(state), 0);
+            close_dolly(state);
+            assert_int_equal(open_dolly(state), 0);
         }
         int64_t at_ns = check_random_in(&seed, 1000000, 34 * SECOND);
-        bench.interrupt_ns[0] = at_ns;
-        bench_run(&plain);
+        given.interrupt_ns[0] = at_ns;
+        run(&plain);
         if (bench.report.end != REPORT_STOPPED)
             fail_msg("seed %#llx, run %d: interrupt at %lld ns ended as %d",
                      (unsigned long long)SEED, i, (long long)at_ns,
@@ -350,12 +306,12 @@ static void a_long_pause_is_named_as_what_it_was(void **state)
     };
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         if (i > 0) {
-            bench_close(state);
-            assert_int_equal(bench_open(state), 0);
+            close_dolly(state);
+            assert_int_equal(open_dolly(state), 0);
         }
-        bench.pause_at_ns = rows[i].at_ns;
-        bench.pause_ns = rows[i].pause_ns;
-        bench_run(&plain);
+        given.pause_at_ns = rows[i].at_ns;
+        given.pause_ns = rows[i].pause_ns;
+        run(&plain);
         assert_int_equal(bench.report.end, REPORT_FAULT);
         if (bench.report.fault.fault != CONTROLLER_FAULT_OVERRUN)
             fail_msg("row %zu: %s", i,
@@ -369,21 +325,21 @@ static void a_long_pause_is_named_as_what_it_was(void **state)
 static void a_short_pause_leaves_its_ticks_out(void **state)
 {
     (void)state;
-    bench.pause_at_ns = 20 * SECOND;
-    bench.pause_ns = 46 * bench.job.rig.period_ns / 10;
-    bench_run(&plain);
+    given.pause_at_ns = 20 * SECOND;
+    given.pause_ns = 46 * bench.job.rig.period_ns / 10;
+    run(&plain);
     assert_int_equal(bench.report.end, REPORT_DONE);
     assert_int_equal(bench.report.ticks_lost, 4);
-    assert_int_equal(bench.report.late_ns, bench.pause_ns);
+    assert_int_equal(bench.report.late_ns, given.pause_ns);
     assert_axes_at_their_last_keys();
 }
 
 static void two_interrupts_stop_every_drive_at_once(void **state)
 {
     (void)state;
-    bench.interrupt_ns[0] = 20 * SECOND;
-    bench.interrupt_ns[1] = 20 * SECOND + SECOND / 20;
-    bench_run(&plain);
+    given.interrupt_ns[0] = 20 * SECOND;
+    given.interrupt_ns[1] = 20 * SECOND + SECOND / 20;
+    run(&plain);
     assert_int_equal(bench.report.end, REPORT_QUICK_STOPPED);
     assert_torque_is_off();
     assert_true(bench.report.load[0] > 0.2);
@@ -396,10 +352,10 @@ static void a_drive_fault_stops_the_group_and_is_named(void **state)
     (void)state;
     int pan = rig_axis_index(&bench.job.rig, "pan");
     assert_in_range(pan, 0, 3);
-    bench.fault_ns = 18 * SECOND;
-    bench.fault = SIM_CIA402_OVERCURRENT;
-    bench.faulty = (unsigned)pan;
-    bench_run(&plain);
+    given.fault_ns = 18 * SECOND;
+    given.fault = SIM_CIA402_OVERCURRENT;
+    given.faulty = (unsigned)pan;
+    run(&plain);
     assert_int_equal(bench.report.end, REPORT_FAULT);
     assert_int_equal(bench.report.fault.axis, pan);
     assert_int_equal(bench.report.fault.fault, CONTROLLER_FAULT_DRIVE);
@@ -415,10 +371,10 @@ static void a_drive_fault_stops_the_group_and_is_named(void **state)
 static void a_dead_drive_is_found_before_anything_moves(void **state)
 {
     (void)state;
-    bench.fault_ns = 1;
-    bench.fault = SIM_CIA402_SILENT;
-    bench.faulty = 0;
-    bench_run(&plain);
+    given.fault_ns = 1;
+    given.fault = SIM_CIA402_SILENT;
+    given.faulty = 0;
+    run(&plain);
     assert_int_equal(bench.report.end, REPORT_FAULT);
     assert_int_equal(bench.report.fault.axis, 0);
     assert_false(bench.report.started);
@@ -432,17 +388,17 @@ static void rows_that_are_lost_change_no_figure_of_the_report(void **state)
     struct report whole;
     struct player_config hasty = plain;
     (void)state;
-    bench_run(&plain);
+    run(&plain);
     assert_int_equal(bench.report.rows_dropped, 0);
     whole = bench.report;
     const unsigned axes = bench.job.move.axis_count;
     assert_true(axes <= ARRAY_LEN(whole_axis));
     memcpy(whole_axis, whole.axis, axes * sizeof *whole_axis);
-    bench_close(NULL);
-    assert_int_equal(bench_open(NULL), 0);
+    close_dolly(NULL);
+    assert_int_equal(open_dolly(NULL), 0);
     hasty.realtime = true;
     hasty.observe_ns = SECOND;
-    bench_run(&hasty);
+    run(&hasty);
     assert_true(bench.report.rows_dropped > 1000);
     assert_int_equal(bench.report.ticks, whole.ticks);
     assert_int_equal(bench.report.played_ns, whole.played_ns);
@@ -459,9 +415,9 @@ static void reports_are_text_and_json(void **state)
     struct telemetry_row row = { .phase = TELEMETRY_STOP, .axis = axis };
     FILE *file = tmpfile();
     assert_non_null(file);
-    bench.fault_ns = 18 * SECOND;
-    bench.fault = SIM_CIA402_BLOCKED;
-    bench_run(&plain);
+    given.fault_ns = 18 * SECOND;
+    given.fault = SIM_CIA402_BLOCKED;
+    run(&plain);
     row.axis[bench.job.rig_axis[0]].events = (struct hal_drive_events){
         .count = { [HAL_DRIVE_EVENT_WARNING] = 2,
                    [HAL_DRIVE_EVENT_EMERGENCY] = 1 },
@@ -482,7 +438,7 @@ static void reports_are_text_and_json(void **state)
     assert_non_null(strstr(text, "\"axis\":\t\"dolly\""));
 }
 
-#define RUN(test) cmocka_unit_test_setup_teardown(test, bench_open, bench_close)
+#define RUN(test) cmocka_unit_test_setup_teardown(test, open_dolly, close_dolly)
 
 int main(void)
 {

@@ -7,11 +7,8 @@
 #include <time.h>
 
 #include "firmware/linux/base/interrupt.h"
-#include "firmware/linux/commands/planning.h"
-#include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/off.h"
-#include "firmware/linux/player/player.h"
-#include "tests/support/check.h"
+#include "tests/firmware/linux/player/player_bench.h"
 #include "tests/support/kind/kind.h"
 
 #define MS     INT64_C(1000000)
@@ -32,20 +29,13 @@ static const char *const way_text[WAYS] = { "once",       "twice", "late",
                                             "fault",      "lost",  "returns",
                                             "undisturbed" };
 
-static struct bench {
-    struct hal_clock clock;
-    struct job job;
-    struct machine_sim sim;
-    struct machine machine;
-    struct player player;
-    struct report report;
-    volatile sig_atomic_t interrupts;
+static struct {
     enum way way;
     enum telemetry_phase phase; /* in which it happens, */
     int64_t after_ns;           /* so long after its begin */
     int64_t happened_ns;        /* 0: not yet */
     bool returned;
-} bench;
+} given;
 
 static const struct kind_test *kind_of(unsigned i)
 {
@@ -70,67 +60,35 @@ static void heal(unsigned i)
 static void happen(void)
 {
     const int64_t now_ns = bench.sim.world.now_ns;
-    if (bench.happened_ns == 0) {
-        if (bench.player.phase != bench.phase ||
-            now_ns - bench.player.phase_ns < bench.after_ns)
+    if (given.happened_ns == 0) {
+        if (bench.player.phase != given.phase ||
+            now_ns - bench.player.phase_ns < given.after_ns)
             return;
-        bench.happened_ns = now_ns;
-        if (bench.way == FAULT || bench.way == LOST || bench.way == RETURNS)
-            corrupt(0, bench.way != FAULT);
-        else if (bench.way != UNDISTURBED)
-            bench.interrupts = bench.way == TWICE ? 2 : 1;
+        given.happened_ns = now_ns;
+        if (given.way == FAULT || given.way == LOST || given.way == RETURNS)
+            corrupt(0, given.way != FAULT);
+        else if (given.way != UNDISTURBED)
+            bench.interrupts = given.way == TWICE ? 2 : 1;
     }
-    if (bench.way == LATE && now_ns - bench.happened_ns >= 50 * MS)
+    if (given.way == LATE && now_ns - given.happened_ns >= 50 * MS)
         bench.interrupts = 2;
-    if (bench.way == RETURNS && !bench.returned &&
-        now_ns - bench.happened_ns >= 2 * SECOND) {
-        bench.returned = true;
+    if (given.way == RETURNS && !given.returned &&
+        now_ns - given.happened_ns >= 2 * SECOND) {
+        given.returned = true;
         heal(0);
     }
 }
 
-static int64_t bench_now_ns(struct hal_clock *clock)
+static int64_t before_wait(int64_t t_ns)
 {
-    (void)clock;
-    return bench.sim.world.now_ns;
-}
-
-static int bench_wait_until(struct hal_clock *clock, int64_t t_ns)
-{
-    (void)clock;
     happen();
-    return hal_clock_wait_until(&bench.sim.world.clock, t_ns);
-}
-
-static const struct hal_clock_ops bench_clock_ops = {
-    .now_ns = bench_now_ns,
-    .wait_until = bench_wait_until,
-};
-
-static void bench_free(void)
-{
-    player_free(&bench.player);
-    report_free(&bench.report);
-    machine_free(&bench.machine);
-    machine_sim_free(&bench.sim);
-    job_free(&bench.job);
+    return t_ns;
 }
 
 static void build(const char *directory)
 {
-    char message[YAML_MESSAGE_MAX] = "";
-    struct machine_ports ports;
-    memset(&bench, 0, sizeof bench);
-    assert_int_equal(planning_open(&bench.job, &directory, 1, false),
-                     STATUS_OK);
-    if (machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
-        0)
-        fail_msg("%s", message);
-    bench.clock.ops = &bench_clock_ops;
-    ports.clock = &bench.clock;
-    report_init(&bench.report, &bench.job);
-    if (machine_init(&bench.machine, &bench.job.rig, &ports, message) < 0)
-        fail_msg("%s", message);
+    memset(&given, 0, sizeof given);
+    bench_open(&directory, 1, false);
 }
 
 static void play(enum way way, enum telemetry_phase phase, int64_t after_ns)
@@ -139,12 +97,10 @@ static void play(enum way way, enum telemetry_phase phase, int64_t after_ns)
         .override_q30 = MOTION_CLOCK_WARP_ONE_Q30,
         .hold_at_ns = -1,
     };
-    const struct player_observer observer = { .report = &bench.report };
-    bench.way = way;
-    bench.phase = phase;
-    bench.after_ns = after_ns;
-    player_init(&bench.player, &bench.machine, &bench.job, &config, &observer);
-    assert_int_equal(player_run(&bench.player, &bench.interrupts), 0);
+    given.way = way;
+    given.phase = phase;
+    given.after_ns = after_ns;
+    bench_play(&config, (struct player_observer){ NULL });
 }
 
 static bool any_torque(void)
@@ -159,24 +115,24 @@ static bool any_torque(void)
 static void judge(const char *rig)
 {
     for (unsigned i = 0; i < bench.job.rig.axis_count; i++) {
-        const bool lost = i == 0 && bench.way == LOST && bench.happened_ns > 0;
+        const bool lost = i == 0 && given.way == LOST && given.happened_ns > 0;
         const bool said = bench.report.torque[i][0] == 0;
         if (has_torque(i) && (said || !lost))
             fail_msg("%s, %s in %s after %lld ms: %s has torque%s", rig,
-                     way_text[bench.way], telemetry_phase_text(bench.phase),
-                     (long long)(bench.after_ns / MS),
+                     way_text[given.way], telemetry_phase_text(given.phase),
+                     (long long)(given.after_ns / MS),
                      bench.job.rig.axis[i].name, said ? ", unsaid" : "");
         if (!said && !lost)
             fail_msg("%s, %s in %s after %lld ms: %s: %s", rig,
-                     way_text[bench.way], telemetry_phase_text(bench.phase),
-                     (long long)(bench.after_ns / MS),
+                     way_text[given.way], telemetry_phase_text(given.phase),
+                     (long long)(given.after_ns / MS),
                      bench.job.rig.axis[i].name, bench.report.torque[i]);
     }
     assert_int_equal(bench.report.torque_left, !machine_is_off(&bench.machine));
     assert_int_equal(bench.machine.lit, bench.report.torque_left);
     const bool requested =
-        bench.happened_ns > 0 && bench.phase != TELEMETRY_STOP;
-    if (bench.way == ONCE)
+        given.happened_ns > 0 && given.phase != TELEMETRY_STOP;
+    if (given.way == ONCE)
         assert_int_equal(bench.report.end,
                          requested ? REPORT_STOPPED : REPORT_DONE);
 }
@@ -241,7 +197,7 @@ static void a_drive_that_was_left_on_is_switched_off(void **state)
         char message[YAML_MESSAGE_MAX] = "";
         build(rigs[r]);
         int64_t now_ns = bench.sim.world.now_ns;
-        bench.way = UNDISTURBED;
+        given.way = UNDISTURBED;
         for (unsigned i = 0;
              i < 20000 && bench.machine.controller.state != CONTROLLER_READY;
              i++) {
