@@ -145,7 +145,7 @@ void sim_servo_jump(struct sim_servo *self, int64_t counts)
 int64_t sim_servo_reported_q24(const struct sim_servo *self)
 {
     return self->frozen ? self->frozen_q24
-                        : self->plant.pos_q24 + self->jump_q24;
+                        : sim_plant_measured_q24(&self->plant) + self->jump_q24;
 }
 
 void sim_servo_inject(struct sim_servo *self, enum sim_servo_fault fault)

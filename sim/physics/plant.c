@@ -132,6 +132,44 @@ static int64_t sim_plant_rub_q8(const struct sim_plant *plant, int64_t acc_q8,
                       step_s_q60);
 }
 
+/* ---- the encoder ---- */
+
+int64_t sim_plant_measured_q24(const struct sim_plant *plant)
+{
+    return plant->pos_q24 + plant->encoder_error_q24;
+}
+
+/* The sum of eight even numbers is normal but for its ends: none is beyond 4.9
+ * deviations. */
+static int64_t sim_plant_noise_q24(struct sim_plant *plant)
+{
+    int64_t sum = 0;
+
+    for (int i = 0; i < 2; i++) {
+        const uint64_t bits = sim_random(&plant->encoder_seed);
+        for (unsigned part = 0; part < 64; part += 16)
+            sum += (int64_t)(bits >> part & 0xFFFF) - 32768;
+    }
+    /* the deviation of the sum is 65536 sqrt(8 / 12), 53510 */
+    return (int64_t)((sim_i128)plant->encoder_noise_q24 * sum / 53510);
+}
+
+static void sim_plant_measure(struct sim_plant *plant)
+{
+    const int64_t step_q24 = plant->encoder_step_q24;
+    int64_t seen_q24 = plant->pos_q24;
+
+    if (step_q24 == 0 && plant->encoder_noise_q24 == 0)
+        return;
+    if (plant->encoder_noise_q24 > 0)
+        seen_q24 += sim_plant_noise_q24(plant);
+    if (step_q24 > 0) {
+        const int64_t half_q24 = seen_q24 < 0 ? -step_q24 / 2 : step_q24 / 2;
+        seen_q24 = (seen_q24 + half_q24) / step_q24 * step_q24;
+    }
+    plant->encoder_error_q24 = seen_q24 - plant->pos_q24;
+}
+
 static double sim_plant_seconds(int64_t step_s_q60)
 {
     return (double)step_s_q60 / (double)(INT64_C(1) << 60);
@@ -144,7 +182,8 @@ static sim_i128 sim_plant_integral(struct sim_plant *plant, int64_t target_q24,
 {
     struct sim_mechanics *mechanics = plant->mechanics;
     const double omega = plant->config.omega_mrad_s * 1e-3;
-    const double off = (double)(target_q24 - plant->pos_q24) * 0x1p-24;
+    const double off =
+        (double)(target_q24 - sim_plant_measured_q24(plant)) * 0x1p-24;
     const double most = (double)plant->config.acc_max_counts_s2;
 
     if (mechanics == NULL)
@@ -180,12 +219,12 @@ static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
 {
     /* Both below 2^63 (positions 2^62, velocities 2^60); the sum of products
      * is below 2^104 + 2^95 + 2^86.  Q24 x Q16 to Q8: 32 bits less. */
-    sim_i128 pull =
-        (sim_i128)plant->spring_q16 * ((sim_i128)target_q24 - plant->pos_q24) +
-        (sim_i128)plant->damping_q16 *
-            ((sim_i128)target_vel_q24 - plant->vel_q24) +
-        (sim_i128)plant->push_q8 * (INT64_C(1) << 32) +
-        sim_plant_integral(plant, target_q24, step_s_q60);
+    sim_i128 pull = (sim_i128)plant->spring_q16 *
+                        ((sim_i128)target_q24 - sim_plant_measured_q24(plant)) +
+                    (sim_i128)plant->damping_q16 *
+                        ((sim_i128)target_vel_q24 - plant->vel_q24) +
+                    (sim_i128)plant->push_q8 * (INT64_C(1) << 32) +
+                    sim_plant_integral(plant, target_q24, step_s_q60);
     sim_i128 acc_max = (sim_i128)plant->config.acc_max_counts_s2 << 40;
 
     if (plant->reversed)
@@ -225,6 +264,7 @@ void sim_plant_step(struct sim_plant *plant, int64_t target_q24,
     for (int64_t i = 0; i < count; i++)
         sim_plant_inner(plant, from_q24 + travel_q24 * i, target_vel_q24,
                         step_s_q60);
+    sim_plant_measure(plant);
 }
 
 static void sim_plant_slow(struct sim_plant *plant, int64_t step_s_q60)
@@ -255,10 +295,12 @@ void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns)
     if (plant->mechanics != NULL)
         sim_mechanics_drag(plant->mechanics, sim_plant_seconds(step_s_q60),
                            from_q24, plant->pos_q24, plant->vel_q24);
+    sim_plant_measure(plant);
 }
 
 void sim_plant_block(struct sim_plant *plant)
 {
     plant->vel_q24 = 0;
     plant->acc_q8 = 0;
+    sim_plant_measure(plant);
 }

@@ -55,6 +55,12 @@ struct sim_plant {
     bool has_stops; /* the rotor goes no further than low .. high */
     int64_t low_q24, high_q24;
     int64_t met_q24; /* the highest speed at which it met one, counts/s */
+    /* What the encoder makes of it, set by the owner; 0: exact.  The loop knows
+     * the place from it; the speed is the motor's own. */
+    int64_t encoder_step_q24;  /* its resolution, counts, 0 .. 2^48 */
+    int64_t encoder_noise_q24; /* standard deviation, counts, 0 .. 2^48 */
+    uint64_t encoder_seed;     /* not 0 */
+    int64_t encoder_error_q24; /* at the last step: measured less true */
     /* private: gains, and the length of the last step */
     int64_t spring_q16;  /* omega^2, 1/s2, < 2^40 */
     int64_t damping_q16; /* 2 zeta omega, 1/s, < 2^31 */
@@ -76,6 +82,9 @@ void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns);
 
 /* Something holds the rotor: it stands at once, whatever the torque. */
 void sim_plant_block(struct sim_plant *plant);
+
+/* Where the encoder says that it is. */
+int64_t sim_plant_measured_q24(const struct sim_plant *plant);
 
 /* How far one gets at vel_q24 (|vel| < 2^60) in dt_ns (as above), to nearest;
  * also a change of velocity from an acceleration. */

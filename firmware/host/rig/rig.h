@@ -68,6 +68,7 @@ struct rig_sim_load {
     double inertia_ratio, frequency_hz, damping; /* damping: 0.02 */
     int64_t backlash_q32;
     int64_t friction_q32, static_q32, weight_q32; /* accelerations */
+    double viscous_1_s;
     int64_t stribeck_q32;
     int64_t stop_q32[2];
 };
@@ -88,6 +89,8 @@ struct rig_sim {
     /* of any drive on a CAN bus: the axis goes no further than */
     bool has_stops;
     int64_t stop_q32[2];
+    /* of its encoder; 0: one count, none */
+    int64_t encoder_step_q32, encoder_noise_q32;
     /* 1 + index of rig_sim_device_words; 0: by the name of the map */
     uint8_t device;
     struct rig_sim_load load; /* a motor alone */

@@ -90,6 +90,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_shaper_shape,
     &rig_sim_shape,
     &rig_sim_load_shape,
+    &rig_encoder_shape,
     &rig_modbus_bus_shape,
     &rig_can_bus_shape,
     &rig_line_shape,

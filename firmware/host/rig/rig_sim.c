@@ -101,6 +101,29 @@ static int rig_read_index(void *reader, const struct yaml_value *value,
     return rig_read_positive(self, value, UNITS_POSITION, out);
 }
 
+/* ---- its encoder ---- */
+
+static int rig_read_sim_length(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    return rig_read_positive(reader, value, UNITS_POSITION, out);
+}
+
+static const struct yaml_field rig_encoder_fields[] = {
+    { "resolution", YAML_OPTIONAL, "what it tells apart, above zero",
+      rig_read_sim_length, offsetof(struct rig_sim, encoder_step_q32) },
+    { "noise", YAML_OPTIONAL, "its standard deviation, above zero",
+      rig_read_sim_length, offsetof(struct rig_sim, encoder_noise_q32) },
+};
+const struct yaml_shape rig_encoder_shape = { "encoder", rig_encoder_fields,
+                                              ARRAY_LEN(rig_encoder_fields) };
+
+static int rig_read_encoder(void *reader, const struct yaml_value *value,
+                            void *out)
+{
+    return yaml_fields_read(value, &rig_encoder_shape, reader, out);
+}
+
 /* ---- a Modbus servo as its maker describes it ---- */
 
 const char *const rig_sim_device_words[RIG_SIM_DEVICES] = {
@@ -143,6 +166,8 @@ static const struct yaml_field rig_sim_fields[] = {
       rig_read_index, offsetof(struct rig_sim, index_q32) },
     { "device", YAML_OPTIONAL, "a maker's drive such as leadshine-el7, or map",
       rig_read_device, offsetof(struct rig_sim, device) },
+    { "encoder", YAML_OPTIONAL, "a map of resolution and noise",
+      rig_read_encoder, 0 },
     { "load", YAML_OPTIONAL, "a map with inertia and frequency",
       rig_read_sim_load, offsetof(struct rig_sim, load) },
 };

@@ -49,6 +49,12 @@ static int load_read_frequency(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int load_read_viscous(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    return load_read_number(reader, value, 0, 1000, out);
+}
+
 static int load_read_backlash(void *reader, const struct yaml_value *value,
                               void *out)
 {
@@ -97,6 +103,8 @@ static const struct yaml_field rig_sim_load_fields[] = {
       rig_read_acceleration, offsetof(struct rig_sim_load, friction_q32) },
     { "static_friction", YAML_OPTIONAL, "at rest, at least friction",
       load_read_static, 0 },
+    { "viscous", YAML_OPTIONAL, "a deceleration per speed, 0 .. 1000 (1/s)",
+      load_read_viscous, offsetof(struct rig_sim_load, viscous_1_s) },
     { "stribeck", YAML_OPTIONAL, "the speed at which static friction is gone",
       rig_read_velocity, offsetof(struct rig_sim_load, stribeck_q32) },
     { "weight", YAML_OPTIONAL, "the acceleration with which it falls",

@@ -18,7 +18,6 @@
 
 #define PLANNING_FIRST_NS 1000000000
 #define PLANNING_NEXT_NS  200000000
-#define PLANNING_PATH_MAX ((int)sizeof((struct job *)0)->rig_path)
 
 static struct {
     pthread_mutex_t lock;
@@ -185,16 +184,23 @@ enum status planning_open_files(struct job *job, const struct files *files,
     return status;
 }
 
+enum status planning_rig_path(const char *path, char name[PLANNING_PATH_MAX])
+{
+    if (access(path, F_OK) < 0)
+        return error_file(path, strerror(errno));
+    if (!planning_join(name, path,
+                       planning_is_directory(path) ? "/rig.yaml" : ""))
+        return error_file(path, "the name is too long");
+    return STATUS_OK;
+}
+
 enum status planning_rig(const char *path, struct rig *rig)
 {
     struct messages messages = { .text = NULL };
     char name[PLANNING_PATH_MAX];
-    const bool directory = planning_is_directory(path);
-    if (access(path, F_OK) < 0)
-        return error_file(path, strerror(errno));
-    if (!planning_join(name, path, directory ? "/rig.yaml" : ""))
-        return error_file(path, "the name is too long");
-    const enum status status = job_read_rig(&disk_files, name, rig, &messages);
+    enum status status = planning_rig_path(path, name);
+    if (status == STATUS_OK)
+        status = job_read_rig(&disk_files, name, rig, &messages);
     error_tell(&messages);
     return status;
 }

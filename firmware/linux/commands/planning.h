@@ -17,7 +17,10 @@ enum status planning_open(struct job *job, const char *const path[], int count,
 enum status planning_open_files(struct job *job, const struct files *files,
                                 const char *rig, const char *move);
 
-/* As job_read_rig: a file, or a directory with rig.yaml. */
+/* The file of a rig that is named by itself, or by a directory with rig.yaml. */
+#define PLANNING_PATH_MAX ((int)sizeof((struct job *)0)->rig_path)
+enum status planning_rig_path(const char *path, char name[PLANNING_PATH_MAX]);
+/* As job_read_rig, of such a file. */
 enum status planning_rig(const char *path, struct rig *rig);
 
 /* Of whoever does long work: where stderr is a terminal there is a line after a

@@ -19,6 +19,7 @@ struct machine_kind {
     int (*sim_init)(struct machine_sim *sim, const struct rig *rig, unsigned i);
     /* The same as what all servos on a CAN bus are; NULL: it is on another. */
     struct sim_servo *(*sim_servo)(struct machine_sim *sim, unsigned i);
+    int64_t sim_loop_ns; /* of that servo; 0: it is on another */
     int64_t (*sim_counts_q24)(const struct machine_sim *sim, unsigned i);
 };
 

@@ -76,9 +76,11 @@ int machine_sim_servo_config(const struct rig *rig, unsigned i,
 /* What the simulated plant of an axis is like, and where it stands. */
 int machine_sim_plant(const struct rig_axis *axis,
                       struct sim_plant_config *plant, int32_t *start_counts);
-/* machine_sim_load.c: what it turns, at the place where it stays.  loads: of all
- * axes of a simulation; *axis is the one that an error is about. */
-int machine_sim_attach(const struct rig_axis *axis, struct sim_plant *plant,
+/* machine_sim_load.c: its encoder, and what it turns, at the place where it
+ * stays; number: of the axis in its rig; mechanics: NULL without a load.  loads:
+ * of all axes of a simulation; *axis is the one that an error is about. */
+int machine_sim_attach(const struct rig_axis *axis, unsigned number,
+                       struct sim_plant *plant,
                        struct sim_mechanics *mechanics);
 int machine_sim_loads(struct machine_sim *sim, unsigned *axis);
 /* Of an axis that has a load: how far that is ahead of the motor, and how far it

@@ -25,8 +25,9 @@ static int machine_sim_stops(const struct rig_axis *axis,
     return err;
 }
 
-int machine_sim_attach(const struct rig_axis *axis, struct sim_plant *plant,
-                       struct sim_mechanics *mechanics)
+static int machine_sim_attach_load(const struct rig_axis *axis,
+                                   struct sim_plant *plant,
+                                   struct sim_mechanics *mechanics)
 {
     const struct rig_sim_load *load = &axis->sim.load;
     const double factor = machine_sim_factor(axis);
@@ -39,6 +40,7 @@ int machine_sim_attach(const struct rig_axis *axis, struct sim_plant *plant,
         .coulomb_counts_s2 = (double)load->friction_q32 * size,
         .static_counts_s2 = (double)load->static_q32 * size,
         .stribeck_counts_s = (double)load->stribeck_q32 * size,
+        .viscous_1_s = load->viscous_1_s,
         .weight_counts_s2 = (double)load->weight_q32 * factor,
         .has_stops = load->has_stops,
     };
@@ -49,6 +51,27 @@ int machine_sim_attach(const struct rig_axis *axis, struct sim_plant *plant,
     if (err == MOTION_OK)
         plant->mechanics = mechanics;
     return err;
+}
+
+/* Counts, with 24 fraction bits; beyond the motor's range it is as far. */
+static int64_t machine_sim_length_q24(const struct rig_axis *axis,
+                                      int64_t length_q32)
+{
+    return llround(fmin(
+        fabs((double)length_q32 * machine_sim_factor(axis)) * 0x1p24, 0x1p48));
+}
+
+int machine_sim_attach(const struct rig_axis *axis, unsigned number,
+                       struct sim_plant *plant, struct sim_mechanics *mechanics)
+{
+    plant->encoder_step_q24 =
+        machine_sim_length_q24(axis, axis->sim.encoder_step_q32);
+    plant->encoder_noise_q24 =
+        machine_sim_length_q24(axis, axis->sim.encoder_noise_q32);
+    plant->encoder_seed = number + 1;
+    return axis->sim.load.given
+               ? machine_sim_attach_load(axis, plant, mechanics)
+               : MOTION_OK;
 }
 
 static struct sim_plant *machine_sim_plant_of(struct machine_sim *sim,
@@ -63,12 +86,12 @@ static struct sim_plant *machine_sim_plant_of(struct machine_sim *sim,
 int machine_sim_loads(struct machine_sim *sim, unsigned *axis)
 {
     for (unsigned i = 0; i < sim->rig->axis_count; i++) {
-        if (!sim->rig->axis[i].sim.load.given)
-            continue;
+        const struct rig_sim *const has = &sim->rig->axis[i].sim;
+        struct sim_mechanics *const mechanics =
+            has->load.given ? &sim->mechanics[i] : NULL;
         *axis = i;
-        const int err =
-            machine_sim_attach(&sim->rig->axis[i], machine_sim_plant_of(sim, i),
-                               &sim->mechanics[i]);
+        const int err = machine_sim_attach(
+            &sim->rig->axis[i], i, machine_sim_plant_of(sim, i), mechanics);
         if (err < 0)
             return err;
     }

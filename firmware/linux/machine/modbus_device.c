@@ -22,8 +22,8 @@ static int modbus_device_servo(struct modbus_device *device,
     if (err == MOTION_OK)
         err = sim_modbus_servo_init(&device->servo[i], &device->world,
                                     rtu ? &device->line : NULL, &config);
-    if (err == MOTION_OK && axis->sim.load.given)
-        err = machine_sim_attach(axis, &device->servo[i].plant,
+    if (err == MOTION_OK)
+        err = machine_sim_attach(axis, i, &device->servo[i].plant,
                                  &device->mechanics[i]);
     device->host.slave[axis->node_id] = &device->servo[i].slave;
     return err;

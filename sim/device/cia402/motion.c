@@ -132,8 +132,8 @@ static void cia402_motion_check_following(struct sim_cia402 *self,
                                           int64_t dt_ns)
 {
     uint32_t window = self->value[CIA402_FOLLOWING_WINDOW];
-    int64_t error_q24 =
-        cia402_motion_abs(self->demand_q24 - self->base.plant.pos_q24);
+    int64_t error_q24 = cia402_motion_abs(
+        self->demand_q24 - sim_plant_measured_q24(&self->base.plant));
 
     if (self->power == CIA402_POWER_REACTION || /* bit 13 says what it was */
         !cia402_mode_watches(self))

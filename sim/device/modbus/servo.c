@@ -32,8 +32,10 @@ bool sim_modbus_servo_arrived(const struct sim_modbus_servo *self)
 
 int64_t sim_modbus_servo_reported(const struct sim_modbus_servo *self)
 {
+    const int64_t seen_q24 = sim_plant_measured_q24(&self->plant);
+
     return self->frozen ? self->frozen_counts
-                        : sim_modbus_servo_counts(self) + self->jump_counts;
+                        : ((seen_q24 + (1 << 23)) >> 24) + self->jump_counts;
 }
 
 /* ---- what it does ---- */

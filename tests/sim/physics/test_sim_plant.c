@@ -249,6 +249,33 @@ static void with_phases_exchanged_it_runs_away(void **state)
     assert_true(before < -10);
 }
 
+static void
+the_encoder_says_whole_steps_with_noise_of_its_deviation(void **state)
+{
+    const struct sim_plant_config c = config(100000, 900);
+    struct sim_plant plant = plant_of(c);
+    double sum = 0, squares = 0;
+    enum { STEPS = 20000 };
+
+    (void)state;
+    plant.encoder_step_q24 = ONE_Q24 / 4;
+    plant.encoder_noise_q24 = 3 * ONE_Q24;
+    plant.encoder_seed = 7;
+    for (int i = 0; i < STEPS; i++) {
+        sim_plant_coast(&plant, STEP_NS);
+        const int64_t seen_q24 = sim_plant_measured_q24(&plant);
+        assert_int_equal(seen_q24 % (ONE_Q24 / 4), 0);
+        const double off = counts(seen_q24 - plant.pos_q24);
+        sum += off;
+        squares += off * off;
+    }
+    assert_true(fabs(sum / STEPS) < 0.1);
+    assert_true(fabs(sqrt(squares / STEPS) - 3) < 0.1);
+    /* and the loop moves its motor by it */
+    sim_plant_step(&plant, plant.pos_q24, 0, STEP_NS);
+    assert_int_not_equal(plant.vel_q24, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -262,6 +289,8 @@ int main(void)
         cmocka_unit_test(the_end_of_the_world_stops_it),
         cmocka_unit_test(friction_holds_the_rotor_within_its_band),
         cmocka_unit_test(with_phases_exchanged_it_runs_away),
+        cmocka_unit_test(
+            the_encoder_says_whole_steps_with_noise_of_its_deviation),
         cmocka_unit_test(configs_outside_the_ranges_are_refused),
     };
 

@@ -16,8 +16,8 @@
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
-#include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/planning.h"
+#include "firmware/linux/commands/rig_text.h"
 #include "firmware/linux/tools/urdf.h"
 
 struct import_urdf {
@@ -129,24 +129,6 @@ static enum status urdf_edit(struct import_urdf *self, char *message)
     return STATUS_OK;
 }
 
-/* It must be a rig, before it is one. */
-static enum status urdf_write(struct import_urdf *self, char *message)
-{
-    struct rig rig = { .bus_count = 0 };
-    struct move_text_files over;
-    struct output output;
-
-    move_text_over(&over, &disk_files, self->options->rig, &self->text);
-    const int err = rig_load(&over.files, self->options->rig, &rig, message);
-    rig_free(&rig);
-    if (err < 0)
-        return urdf_refuse(message);
-    if (output_open(&output, self->options->out) < 0)
-        return STATUS_SYSTEM;
-    fwrite(self->text.data, 1, self->text.length, output.file);
-    return output_commit(&output) < 0 ? STATUS_SYSTEM : STATUS_OK;
-}
-
 static void urdf_print(const struct import_urdf *self)
 {
     static const char *const head[] = { ">line", "<what", ">before", ">after" };
@@ -202,7 +184,7 @@ enum status import_urdf(const struct options *options)
     if (status == STATUS_OK) {
         status = urdf_edit(self, message);
         if (status == STATUS_OK)
-            status = urdf_write(self, message);
+            status = rig_text_write(options->rig, &self->text, options->out);
         if (status == STATUS_OK && options->json)
             urdf_json(self);
         else if (status == STATUS_OK)

@@ -13,6 +13,7 @@
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/commands/ports/sim_export.h"
+#include "firmware/linux/commands/ports/sim_fit.h"
 #include "firmware/linux/machine/sim_live.h"
 #include "sim/device/modbus/makers.h"
 
@@ -173,8 +174,14 @@ static enum status cmd_sim_rig(const struct options *options, struct rig *rig)
 
 static enum status cmd_sim_run(const struct options *options)
 {
+    if (strcmp(options->path[0], "fit") == 0 && options->path_count > 1)
+        return sim_fit_run(options);
     if (options->path_count == 2)
         return sim_export(options);
+    if (options->path_count > 2) {
+        error_say("slew sim: one argument too many: %s", options->path[2]);
+        return STATUS_INPUT;
+    }
     if (options->eds) {
         sim_cia402_write_eds(stdout);
         return STATUS_OK;
@@ -197,17 +204,24 @@ static const struct option_row cmd_sim_option[] = {
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "end after this time" },
     { "out", "FILE", OPTION_TEXT, offsetof(struct options, out),
-      "of export: the unit, a name that ends in .fmu" },
+      "of export: the unit, a name that ends in .fmu; of fit: the rig with "
+      "what was fitted, and the rig itself stays as it is" },
     { "fmi", "2|3", OPTION_COUNT, offsetof(struct options, fmi),
       "of export: the version of FMI (3)" },
+    { "axis", "NAME", OPTION_TEXT, offsetof(struct options, axis),
+      "of fit: this axis alone" },
+    { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
+      "of fit: draw the recording and the models of before and after, .svg or "
+      ".png" },
+    OPTIONS_DRY_RUN("of fit: say what was found, and write nothing"),
     { "json", NULL, OPTION_FLAG, offsetof(struct options, json),
-      "of export: write JSON to standard output" },
+      "of export and fit: write JSON to standard output" },
     { "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" },
 };
 
 const struct command cmd_sim = {
     .name = "sim",
-    .arguments = "RIG | DIRECTORY | export RIG",
+    .arguments = "RIG | DIRECTORY | export RIG | fit RIG RECORDING",
     .summary = "show a rig's drives, simulated, on real interfaces",
     .text =
         "Every drive of the rig on CAN answers on the interface of its bus, "
@@ -230,13 +244,24 @@ const struct command cmd_sim = {
         "co-simulation) for Simulink, OpenModelica, FMPy and others: drivers,\n"
         "buses, drives and motors of the rig, with the set point of every "
         "axis\n"
-        "as input and its position as output.  See docs/PHYSICS.md.\n",
+        "as input and its position as output.\n\n"
+        "fit finds what the servos are like from a recording of a run (slew "
+        "run\n"
+        "--record or --telemetry): bandwidth and damping of the position "
+        "loop,\n"
+        "and of a load inertia, resonance, friction and backlash, as far as "
+        "the\n"
+        "run shows them.  They are written into the rig, as sim of each axis;\n"
+        "comments and layout stay.  See docs/PHYSICS.md.\n",
     .examples = "  slew sim --interface vcan0 rig.yaml\n"
                 "  slew sim --interface can0=can2,can1=can3 examples/dolly\n"
                 "  slew sim --address 192.168.1.20 rig.yaml\n"
                 "  slew sim --faults faults.yaml rig.yaml\n"
-                "  slew sim export --fmi 2 --out dolly.fmu examples/dolly\n",
-    .path_max = 2,
+                "  slew sim export --fmi 2 --out dolly.fmu examples/dolly\n"
+                "  slew sim fit --dry-run --plot fit.svg rig.yaml run.mcap\n"
+                "  slew sim fit --axis pan --out fitted.yaml rig.yaml "
+                "run.mcap\n",
+    .path_max = 3,
     COMMAND_OPTIONS(cmd_sim_option),
     .run = cmd_sim_run,
 };

@@ -16,8 +16,8 @@ static enum status export_options(const struct options *options)
 {
     const size_t length = options->out != NULL ? strlen(options->out) : 0;
     if (strcmp(options->path[0], "export") != 0)
-        error_say("slew sim: '%s' is not a verb, expected export RIG, or a "
-                  "rig alone",
+        error_say("slew sim: '%s' is not a verb, expected export RIG, fit "
+                  "RIG RECORDING, or a rig alone",
                   options->path[0]);
     else if (length < 5 || strcmp(options->out + length - 4, ".fmu") != 0)
         error_say("slew sim export: expected --out FILE, a name that ends in "

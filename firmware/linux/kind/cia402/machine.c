@@ -159,5 +159,6 @@ const struct machine_kind machine_kind_cia402 = {
     .statusword = cia402_statusword,
     .sim_init = cia402_sim_init,
     .sim_servo = cia402_sim_servo,
+    .sim_loop_ns = CIA402_SIM_LOOP_NS,
     .sim_counts_q24 = cia402_sim_counts_q24,
 };

@@ -3,7 +3,6 @@
 #include "firmware/linux/kind/cia402/machine.h"
 #include "motion/core/err.h"
 
-#define SIM_LOOP_NS  INT64_C(250000)   /* the servo's inner loop */
 #define SIM_BRAKE_NS INT64_C(80000000) /* its brake lets go */
 #define SIM_BOOT_NS  INT64_C(150000000)
 
@@ -80,7 +79,7 @@ int cia402_sim_init(struct machine_sim *sim, const struct rig *rig, unsigned i)
         .node_id = axis->node_id,
         .axis = axis->cia402.axis,
         .with = cia402_first(sim, rig, axis),
-        .loop_ns = SIM_LOOP_NS,
+        .loop_ns = CIA402_SIM_LOOP_NS,
         .brake_release_ns = SIM_BRAKE_NS,
         .boot_ns = SIM_BOOT_NS,
     };

@@ -27,6 +27,7 @@ static int moteus_sim_init(struct machine_sim *sim, const struct rig *rig,
 {
     const struct rig_axis *axis = &rig->axis[i];
     struct sim_moteus_config config = { .id = axis->node_id,
+                                        .loop_ns = TURN_SIM_LOOP_NS,
                                         .boot_ns = TURN_BOOT_NS };
     int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
 
@@ -50,5 +51,6 @@ const struct machine_kind machine_kind_moteus = {
     .init = moteus_init,
     .sim_init = moteus_sim_init,
     .sim_servo = moteus_sim_servo,
+    .sim_loop_ns = TURN_SIM_LOOP_NS,
     .sim_counts_q24 = moteus_sim_counts_q24,
 };

@@ -5,7 +5,8 @@
 
 #include "firmware/linux/machine/kind.h"
 
-#define TURN_BOOT_NS INT64_C(150000000) /* simulated */
+#define TURN_BOOT_NS     INT64_C(150000000) /* simulated */
+#define TURN_SIM_LOOP_NS INT64_C(125000)    /* of the servo's inner loop */
 
 struct drive_turn_config turn_config(const struct machine *machine, unsigned i);
 

@@ -1,0 +1,71 @@
+#!/bin/sh
+# tests/firmware/linux/sim_fit.sh - what a recorded servo was like is found from
+# its recording by slew sim fit, and stands in the rig file afterwards.
+#
+# Gains nothing from sanitizers.
+set -eu
+slew=${SLEW:-build/slew}
+dir=$(mktemp -d)
+trap 'rm -rf "$dir"' EXIT
+
+rig() # rig NAME SIM
+{
+    cat >"$dir/$1.yaml" <<END
+tick: 1 ms
+buses:
+  can0: {kind: canopen, bit_rate: 1 Mbit/s}
+axes:
+  boom:       # of the jib
+    unit: deg
+    limits: {position: [-10 deg, 90 deg], velocity: 120 deg/s, acceleration: 600 deg/s2, jerk: 20000 deg/s3}
+    following_error: {floor: 5 deg, time: 50 ms}
+    drive: {kind: cia402, bus: can0, node: 1, counts: 1048576 per rev}
+    sim: $2   # as commissioned
+  idle:
+    unit: deg
+    limits: {position: [-10 deg, 90 deg], velocity: 120 deg/s, acceleration: 600 deg/s2, jerk: 20000 deg/s3}
+    following_error: {floor: 5 deg, time: 50 ms}
+    drive: {kind: cia402, bus: can0, node: 2, counts: 1048576 per rev}
+END
+}
+rig real '{bandwidth: 18 Hz, damping: 0.8, start: 10 deg, encoder: {noise: 0.001 deg}, load: {inertia: 2.5, frequency: 9 Hz, damping: 0.03, friction: 25 deg/s2, backlash: 0.15 deg}}'
+rig guess '{bandwidth: 25 Hz, start: 10 deg}'
+cat >"$dir/move.yaml" <<'END'
+axes:
+  boom: {curve: quintic, ends: rest, keys: [[0 s, 10 deg], [0.4 s, 20 deg], [0.6 s, 20 deg], [1.2 s, 45 deg], [1.8 s, 20 deg]]}
+END
+"$slew" run --record "$dir/run.mcap" "$dir/real.yaml" "$dir/move.yaml" \
+    >"$dir/said" 2>&1 || { cat "$dir/said"; exit 1; }
+cp "$dir/guess.yaml" "$dir/kept.yaml"
+"$slew" sim fit --json --plot "$dir/fit.svg" --out "$dir/fitted.yaml" \
+    "$dir/guess.yaml" "$dir/run.mcap" >"$dir/fit.json"
+cmp "$dir/guess.yaml" "$dir/kept.yaml" # --out leaves it alone
+test -s "$dir/fit.svg"
+python3 - "$dir" <<'END'
+import json, sys
+
+with open(f"{sys.argv[1]}/fit.json") as file:
+    axes = json.load(file)["axes"]
+assert [axis["axis"] for axis in axes] == ["boom"], axes
+boom = axes[0]
+assert boom["model"] == "compliant", boom
+assert boom["rms"] < 0.005 < boom["rms_before"], boom
+wanted = {"bandwidth_hz": 18, "damping": 0.8, "load_inertia": 2.5,
+          "load_frequency_hz": 9, "load_damping": 0.03, "load_friction": 25,
+          "load_backlash": 0.15}
+for name, value in wanted.items():
+    found = boom["parameters"][name]
+    off = abs(found["value"] - value)
+    print(f"  {name}: {found['value']:.4g}, wanted {value}, "
+          f"+- {found['deviation']:.2g}")
+    assert found["known"] and found["deviation"] < 0.1 * value, name
+    assert off < 5 * found["deviation"] and off < 0.1 * value, name
+END
+grep -q '# of the jib' "$dir/fitted.yaml"
+grep -q 'start: 10 deg,.*load: {inertia: .*   # as commissioned' "$dir/fitted.yaml"
+# what was fitted is a rig, and does again what was recorded
+"$slew" sim fit --dry-run --json "$dir/fitted.yaml" "$dir/run.mcap" |
+    python3 -c '
+import json, sys
+boom = json.load(sys.stdin)["axes"][0]
+assert boom["rms_before"] < 1.05 * boom["rms"], boom'
