@@ -102,6 +102,7 @@ struct stateful_profile {
     bool is_bad; /* it will be late, or not there */
     /* what it does */
     bool on, halting, arrived, seen_arrived;
+    double part; /* of 2^-32 unit that it has gone beyond its position */
     enum stateful_order pending;
     struct hal_drive_go go, next;
     int wait, busy, arrive;

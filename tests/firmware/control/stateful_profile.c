@@ -114,6 +114,16 @@ static double profile_vel(const struct stateful_axis *axis, double dt)
     return copysign(fmin(vel, most), displacement);
 }
 
+/* What is less than a step of its position is not lost: a goal that is a hundred
+ * of them away, at 1 %, is some hundredths of one per tick. */
+static void profile_move(struct stateful_axis *axis, double dt)
+{
+    const double move =
+        axis->vel * dt * (double)MOTION_FIXED_ONE_Q32 + axis->profile.part;
+    axis->profile.part = move - trunc(move);
+    axis->pos_q32 += (int64_t)move;
+}
+
 static void profile_step(struct stateful_axis *axis, double dt)
 {
     struct stateful_profile *profile = &axis->profile;
@@ -127,8 +137,9 @@ static void profile_step(struct stateful_axis *axis, double dt)
         fabs(stateful_unit(left_q32)) <= 2 * dec * dt * dt) {
         axis->pos_q32 += left_q32;
         axis->vel = 0;
+        profile->part = 0;
     }
-    axis->pos_q32 += stateful_q32(axis->vel * dt);
+    profile_move(axis, dt);
     if (axis->vel != 0 ||
         (!profile->halting && axis->pos_q32 != profile->go.pos_q32))
         return;
