@@ -10,14 +10,29 @@
 /* At most this far from where its track starts may an axis stand: 2^-20. */
 #define START_WINDOW_Q32 ((int64_t)1 << 12)
 
+bool controller_ask(struct controller *controller)
+{
+    if (controller->is_asked)
+        return true;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const enum hal_drive_state state = controller->axis[i].feedback.state;
+        if (state == HAL_DRIVE_ENABLED || state == HAL_DRIVE_QUICK_STOP)
+            return false;
+    }
+    controller->is_asked = true;
+    controller_request(controller, HAL_DRIVE_REQUEST_ENABLE);
+    return true;
+}
+
 int controller_enable(struct controller *controller)
 {
     if (controller->state != CONTROLLER_OFF || controller->enabling ||
         controller->resetting)
         return MOTION_E_STATE;
     controller->enabling = true;
+    controller->is_asked = false;
     controller->since_ns = controller->now_ns;
-    controller_request(controller, HAL_DRIVE_REQUEST_ENABLE);
+    (void)controller_ask(controller);
     return MOTION_OK;
 }
 

@@ -485,8 +485,8 @@ static void controller_step_off(struct controller *controller)
     controller_keep_place(controller);
     if (!controller->enabling)
         return;
-    const bool usual = controller_usual_modes(controller);
-    if (usual && controller_all(controller, HAL_DRIVE_ENABLED)) {
+    if (controller_ask(controller) && controller_usual_modes(controller) &&
+        controller_all(controller, HAL_DRIVE_ENABLED)) {
         controller->enabling = false;
         controller_rest(controller);
         controller_enter(controller, CONTROLLER_READY);

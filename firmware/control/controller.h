@@ -260,6 +260,7 @@ struct controller {
     bool homing;  /* homing moves the axes: nobody else starts a motion */
     bool is_held; /* not resumed yet, also where a leg of homing has ended */
     bool enabling, resetting;
+    bool is_asked;    /* enabling: the drives were asked, all without torque */
     int64_t since_ns; /* entry into the state, or the request */
     uint32_t steps;   /* of all drives, and when they were so many first */
     int64_t step_ns;
@@ -282,7 +283,9 @@ int controller_init(struct controller *controller,
 
 /* Commands.  MOTION_OK, or MOTION_E_STATE when not possible in this state;
  * nothing has changed then.  They take effect at the next tick. */
-int controller_enable(struct controller *controller); /* OFF, READY follows */
+/* OFF, READY follows.  Drives that still have torque, being switched off, lose
+ * it first: what comes then is known to begin where the axis is. */
+int controller_enable(struct controller *controller);
 /* READY -> OFF; also ends the torque that a fault has left on (HOLD). */
 int controller_off(struct controller *controller);
 /* What an axis is to reach while it has a track, in the order of time; before

@@ -165,7 +165,9 @@ static void jog_go_on(struct controller *controller)
     controller_enter(controller, CONTROLLER_MOVING);
 }
 
-/* A motion of its own to rest: sooner there than by a ramp of the clock. */
+/* A motion of its own to rest: sooner there than by a ramp of the clock.
+ * MOTION_E_LIMIT: it would leave the range, or end later than what is under
+ * way. */
 static int jog_brake(struct controller *controller, bool hard)
 {
     struct controller_jog *jog = controller->jog;
@@ -186,6 +188,10 @@ static int jog_brake(struct controller *controller, bool hard)
             : motion_otg_begin(&stop, next, NULL);
     if (err == MOTION_OTG_KEPT)
         jog_go_on(controller);
+    else if (err >= 0 && controller->clock_ns +
+                                 next->plan.dur_ns_q12 / MOTION_FIXED_NS_Q12 >
+                             controller_due_ns(controller))
+        err = MOTION_E_LIMIT;
     else if (err >= 0)
         err = jog_play(controller, jog, jog->axis);
     if (err >= 0)
@@ -212,12 +218,13 @@ void controller_jog_brake(struct controller *controller, bool hard)
     if (controller->reaction != CONTROLLER_REACT_NONE || controller->is_brake ||
         (is_stopping && !hard))
         return;
-    if (jog_brake(controller, hard) >= 0) {
-        if (hard)
-            jog_brake_hard(controller);
-    } else if (!is_stopping) {
+    int err = jog_brake(controller, hard);
+    if (err < 0 && !hard)
+        err = jog_brake(controller, hard = true);
+    if (err < 0 && !is_stopping)
         controller_slow_down(controller, CONTROLLER_STOPPING);
-    }
+    else if (err >= 0 && hard)
+        jog_brake_hard(controller);
 }
 
 void controller_jog_stop(struct controller *controller,
@@ -233,9 +240,11 @@ void controller_jog_stop(struct controller *controller,
 void controller_jog_step(struct controller *controller,
                          struct controller_jog *jog)
 {
-    if (jog->until_ns == 0 || controller->now_ns < jog->until_ns)
-        return;
-    jog->until_ns = 0;
-    if (controller->jog == jog)
-        controller_jog_brake(controller, false);
+    const bool is_over =
+        jog->until_ns != 0 && controller->now_ns >= jog->until_ns;
+    if (is_over)
+        jog->until_ns = 0;
+    if (controller->jog == jog &&
+        (is_over || controller->state == CONTROLLER_STOPPING))
+        controller_jog_brake(controller, !is_over);
 }

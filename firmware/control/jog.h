@@ -48,12 +48,16 @@ int controller_jog(struct controller *controller, struct controller_jog *jog,
 
 /* To rest, whatever the clock does: by the axis's limits, and a new goal may
  * take over on the way; or (`hard`) as controller_stop, by its stop limits.
- * Cannot fail: where no motion to rest can be planned the clock slows down, and
- * where it is not this jog that is played it is controller_stop. */
+ * Cannot fail: where none by the axis's limits stays inside the range the stop
+ * limits count; where these leave none either, as on an axis that turns round
+ * just before the end of its range, the clock slows down and such a motion is
+ * looked for in every tick from then on.  Where it is not this jog that is
+ * played it is controller_stop. */
 void controller_jog_stop(struct controller *controller,
                          struct controller_jog *jog, bool hard);
 
-/* Between ticks: stop a jog whose time is over. */
+/* Between ticks: stop a jog whose time is over, or go on with a stop that has
+ * found no motion to rest yet. */
 void controller_jog_step(struct controller *controller,
                          struct controller_jog *jog);
 

@@ -58,6 +58,8 @@ void controller_ramp_reset(struct controller *controller);
 bool controller_ramp_stop(struct controller *controller);
 /* A hold or stop is under way, whose rest is due; and its rate still rises. */
 bool controller_slows(const struct controller *controller);
+/* By when rest is due, on clock_ns; INT64_MAX: at no time. */
+int64_t controller_due_ns(const struct controller *controller);
 bool controller_ramp_rises(const struct controller *controller);
 /* How long it takes at most from now until the rate is 0, in ns of clock_ns, in
  * a move that is being played.  With D(l, k) the duration of the ramp from the
@@ -130,6 +132,9 @@ void controller_axis_play(struct controller_axis *axis,
 bool controller_admit(struct controller *controller, unsigned index,
                       const struct motion_track *track);
 void controller_play(struct controller *controller, int64_t rate_q30);
+/* command.c: the drives are asked to enable, once none has torque; false: one
+ * still has. */
+bool controller_ask(struct controller *controller);
 /* command.c: the clock is to stand, and by when it does. */
 void controller_slow_down(struct controller *controller,
                           enum controller_state state);

@@ -125,8 +125,7 @@ bool controller_slows(const struct controller *controller)
            controller->wanted_q30 == 0 && controller->rest_by_ns != 0;
 }
 
-/* By when rest is due; INT64_MAX: at no time. */
-static int64_t ramp_due_ns(const struct controller *controller)
+int64_t controller_due_ns(const struct controller *controller)
 {
     return controller_slows(controller) ? controller->rest_by_ns : INT64_MAX;
 }
@@ -284,7 +283,7 @@ static int ramp_try(const struct controller *controller, int64_t begin_ns,
                                controller->wanted_q30, &bound,
                                controller->config.period_ns, warp) < 0)
         return 0;
-    if (warp->t0_ns + warp->dur_ns > ramp_due_ns(controller))
+    if (warp->t0_ns + warp->dur_ns > controller_due_ns(controller))
         return MOTION_E_LIMIT;
     return controller_ramp_judge(controller, warp, seek->stop, effort);
 }
@@ -464,7 +463,8 @@ void controller_ramp_seek(struct controller *controller)
         controller_ramp_begin(controller, true);
     if (controller->warp.rate1_q30 == controller->wanted_q30)
         return;
-    const int64_t left_ns = ramp_due_ns(controller) - controller->clock_ns;
+    const int64_t left_ns =
+        controller_due_ns(controller) - controller->clock_ns;
     const bool stop =
         left_ns <= controller_ramp_rest_ns(controller, &now, true, 4);
     (void)ramp_search(controller, stop, RAMP_LOOKS_SEEK);

@@ -247,7 +247,7 @@ static void watch_enabling(struct controller *controller)
 {
     watch_ticks(controller); /* drives give up meanwhile, and do not say why */
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        if (controller->axis[i].sent_count == 0)
+        if (controller->axis[i].sent_count == 0 || !controller->is_asked)
             continue;
         watch_bus(controller);
         watch_axis(controller, i);

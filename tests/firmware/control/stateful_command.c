@@ -3,7 +3,7 @@
 #include "motion/core/err.h"
 #include "tests/firmware/control/stateful.h"
 
-/* Drives may be enabled while this command runs alone. */
+/* Drives may be enabled from this command on until READY, off or a stop. */
 static void may_enable(struct stateful *bench, bool may)
 {
     for (unsigned i = 0; i < bench->axes; i++)
@@ -12,9 +12,10 @@ static void may_enable(struct stateful *bench, bool may)
 
 int stateful_enable(struct stateful *bench)
 {
+    const bool was = bench->axis[0].may_enable;
     may_enable(bench, true);
     const int err = controller_enable(&bench->controller);
-    may_enable(bench, false);
+    may_enable(bench, err == MOTION_OK || was);
     stateful_note(bench, "enable%s", err < 0 ? "!" : "");
     if (err == MOTION_OK)
         bench->judge.quiet_ticks = 0;
@@ -24,6 +25,8 @@ int stateful_enable(struct stateful *bench)
 int stateful_off(struct stateful *bench)
 {
     const int err = controller_off(&bench->controller);
+    if (err == MOTION_OK)
+        may_enable(bench, false);
     stateful_note(bench, "off%s", err < 0 ? "!" : "");
     return err;
 }
@@ -91,6 +94,7 @@ int stateful_reverse(struct stateful *bench, bool is_reversed)
 
 void stateful_stop(struct stateful *bench)
 {
+    may_enable(bench, false);
     controller_stop(&bench->controller);
     stateful_note(bench, "stop");
     stateful_stop_requested(bench, homing_is_running(&bench->homing)
@@ -138,6 +142,7 @@ void stateful_jog_stop(struct stateful *bench, bool hard)
         kind = STATEFUL_HOME_STOP;
     else if (bench->judge.motion == STATEFUL_JOG)
         kind = hard ? STATEFUL_HARD_STOP : STATEFUL_JOG_STOP;
+    may_enable(bench, false);
     controller_jog_stop(&bench->controller, &bench->jog, hard);
     stateful_note(bench, hard ? "jog stop hard" : "jog stop");
     stateful_stop_requested(bench, kind);

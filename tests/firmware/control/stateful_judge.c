@@ -266,6 +266,8 @@ static void judge_axis(struct stateful *bench, unsigned i)
     if (axis->enabled_unasked)
         stateful_violate(bench, STATEFUL_ENABLES, (int)i, "%s",
                          controller_state_text(bench->controller.state));
+    if (bench->controller.state != CONTROLLER_OFF)
+        bench->axis[i].may_enable = false;
     if (!stateful_axis_follows(axis)) {
         *past = (struct stateful_past){ .count = 0 };
         return;

@@ -262,6 +262,28 @@ static void an_axis_that_is_up_first_is_watched(void **state)
     assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_FOLLOWING);
 }
 
+/* The drive lost torque, and got it again, between two ticks: nobody saw it
+ * without.  Off first, then on: its first set point is where the axis is. */
+static void drives_are_enabled_from_off_alone(void **state)
+{
+    (void)state;
+    for (int off = 0; off < 12; off++)
+        for (int leaves = 0; leaves < 2; leaves++) {
+            lay(1, 700 * UNIT);
+            bench.axis[0].droop_q32 = stateful_q32(0.1);
+            bench.axis[0].enable_ticks = 0;
+            bench.axis[0].off_ticks = 8;
+            enable();
+            run(50);
+            assert_int_equal(stateful_off(&bench), MOTION_OK);
+            run(off);
+            bench.axis[0].state = leaves ? HAL_DRIVE_OFF : bench.axis[0].state;
+            assert_int_equal(stateful_enable(&bench), MOTION_OK);
+            run(60);
+            in_state(CONTROLLER_READY);
+        }
+}
+
 /* --- lost ticks ------------------------------------------------------------- */
 
 static void no_set_point_leaps_after_lost_ticks(void **state)
@@ -363,6 +385,47 @@ static void a_hold_on_a_jog_that_turns_trips_nothing(void **state)
         }
 }
 
+/* Its stop would rest at the very end of the range, and by rounding two steps
+ * behind it: the axis turns round, and was on its way to full speed. */
+static void a_stop_of_a_jog_that_turns_at_its_end_stops_it(void **state)
+{
+    const int64_t end_q32 = INT64_C(611349544030);
+    (void)state;
+    for (int64_t kind = 0; kind < 3; kind++)
+        for (int back = 0; back < 45; back += 2)
+            for (int later = 1; later < 40; later += 3) {
+                lay(1, INT64_C(566930722806));
+                struct controller_axis_config *config = &bench.axis_config[0];
+                bench.config.period_ns = 2 * MS;
+                config->pos_min_q32 = INT64_C(278062306433);
+                config->pos_max_q32 = end_q32;
+                config->limit =
+                    (struct motion_clock_limit){ INT64_C(543167893123),
+                                                 INT64_C(1392929561172),
+                                                 INT64_C(7142026950740) };
+                config->stop = config->limit;
+                bench.axis[0].zone[STATEFUL_HOME].there = false;
+                enable();
+                (void)stateful_jog(&bench, 0, end_q32, 200 * UNIT, 0);
+                run(162);
+                stateful_jog_stop(&bench, false);
+                run(2);
+                (void)stateful_jog(&bench, 0, end_q32, 20 * UNIT, 0);
+                run(2);
+                (void)stateful_jog(&bench, 0, 85 * UNIT, 200 * UNIT, 0);
+                run(back);
+                (void)stateful_jog(&bench, 0, config->pos_min_q32, 200 * UNIT,
+                                   0);
+                run(later);
+                if (kind == 0)
+                    stateful_stop(&bench);
+                else
+                    stateful_jog_stop(&bench, kind == 2);
+                run(800);
+                in_state(CONTROLLER_READY);
+            }
+}
+
 /* --- drives that go by their own profile ----------------------------------------- */
 
 static void lay_goers(unsigned axes, int64_t start_q32)
@@ -459,6 +522,27 @@ static void an_axis_outside_is_not_sent_out_again(void **state)
     (void)state;
     stateful_episode(&bench, 0x6b0791fc, 4000);
     judged("soak", 0x6b0791fc);
+}
+
+/* 100 steps of 2^-32 unit at 1 %, less than one in a tick: the drive is there
+ * in its time. */
+static void a_goal_next_to_nothing_away_is_reached_at_one_percent(void **state)
+{
+    const struct motion_ease_limit calm = { UNIT, UNIT, 10 * UNIT };
+    (void)state;
+    lay_goers(1, 100 * UNIT);
+    bench.config.period_ns = 4 * MS;
+    bench.axis_config[0].late_ns = 250 * MS;
+    enable();
+    (void)stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30 / 100);
+    struct motion_track *track = &bench.track[bench.spare][0];
+    motion_track_init(track, bench.storage[bench.spare][0], STATEFUL_SEGMENTS,
+                      bench.controller.axis[0].target.pos_q32);
+    assert_int_equal(motion_ease_append_limited(track, 100 * UNIT + 101, &calm),
+                     MOTION_OK);
+    assert_int_equal(stateful_start(&bench, 1), MOTION_OK);
+    rests_in(400);
+    assert_true(bench.axis[0].pos_q32 == 100 * UNIT + 101);
 }
 
 static void goals_of_a_refused_start_are_forgotten(void **state)
@@ -671,15 +755,18 @@ int main(void)
         cmocka_unit_test(a_jog_and_a_stop_in_one_tick_are_a_stop),
         cmocka_unit_test(an_axis_that_is_up_first_stays_where_it_is),
         cmocka_unit_test(an_axis_that_is_up_first_is_watched),
+        cmocka_unit_test(drives_are_enabled_from_off_alone),
         cmocka_unit_test(no_set_point_leaps_after_lost_ticks),
         cmocka_unit_test(no_stop_goes_faster_first),
         cmocka_unit_test(an_axis_just_outside_its_range_is_moved_back),
         cmocka_unit_test(a_hold_on_a_jog_that_turns_trips_nothing),
+        cmocka_unit_test(a_stop_of_a_jog_that_turns_at_its_end_stops_it),
         cmocka_unit_test(a_new_goal_and_a_stop_in_one_tick_halt_the_drive),
         cmocka_unit_test(a_late_drive_is_under_way_to_the_same_goal),
         cmocka_unit_test(
             a_drive_that_ran_on_in_a_hold_has_time_for_its_way_back),
         cmocka_unit_test(an_axis_outside_is_not_sent_out_again),
+        cmocka_unit_test(a_goal_next_to_nothing_away_is_reached_at_one_percent),
         cmocka_unit_test(goals_of_a_refused_start_are_forgotten),
         cmocka_unit_test(a_drive_that_stands_short_of_its_goal_is_stopped),
         cmocka_unit_test(a_calm_way_is_halted_in_a_second),
