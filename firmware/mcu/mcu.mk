@@ -12,7 +12,7 @@ MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
 # Small where the tick never comes, or only once per request; smaller still
 # with products of 128 bits as calls, where there are many.
 MCU_SMALL  := $(addprefix firmware/control/,command.c couple.c goal.c home.c \
-                homing.c homing_stop.c jog.c mailbox.c playback.c ramp.c \
+                homing.c homing_stop.c init.c jog.c mailbox.c playback.c ramp.c \
                 ramp_judge.c) \
               $(addprefix motion/core/,clock_walk.c fixed.c) \
               $(call sources,motion/otg hal/drive/modbus)

@@ -75,24 +75,3 @@ void motion_clock_warp_sample(const struct motion_clock_rate *now,
                            clock_warp_mul(track->vel_q32, now->accel_q30, 30)),
     };
 }
-
-void motion_clock_warp_chain(const struct motion_clock_rate *now,
-                             const struct motion_state *track,
-                             struct motion_state *axis)
-{
-    const int64_t r = now->rate_q30;
-    const int64_t r2 = clock_warp_mul(r, r, 30);
-    const int64_t r3 = clock_warp_mul(r2, r, 30);
-    const int64_t rr1 = clock_warp_mul(3 * r, now->accel_q30, 30);
-    *axis = (struct motion_state){
-        .pos_q32 = track->pos_q32,
-        .vel_q32 = clock_warp_mul(track->vel_q32, r, 30),
-        .acc_q32 =
-            clock_warp_add(clock_warp_mul(track->acc_q32, r2, 30),
-                           clock_warp_mul(track->vel_q32, now->accel_q30, 30)),
-        .jerk_q32 = clock_warp_add(
-            clock_warp_add(clock_warp_mul(track->jerk_q32, r3, 30),
-                           clock_warp_mul(track->acc_q32, rr1, 30)),
-            clock_warp_mul(track->vel_q32, now->jerk_q30, 30)),
-    };
-}

@@ -1,5 +1,5 @@
-/* motion/core/clock_warp_plan.c - the shortest ramp between two rates; see
- * clock_warp.h.
+/* motion/core/clock_warp_plan.c - the shortest ramp between two rates, and what
+ * one makes of a track at one time; see clock_warp.h.
  *
  * Ramps are planned per tick of T: a = r' T and j = r'' T^2 in Q56.  With
  * pieces of n[0], n[1], n[2] ticks and the peak a1,
@@ -348,4 +348,25 @@ void motion_clock_warp_join(struct motion_clock_warp *first,
     first->dur_ns += then->dur_ns;
     first->s1_ns_q12 = then->s1_ns_q12;
     first->rate1_q30 = then->rate1_q30;
+}
+
+void motion_clock_warp_chain(const struct motion_clock_rate *now,
+                             const struct motion_state *track,
+                             struct motion_state *axis)
+{
+    const int64_t r = now->rate_q30;
+    const int64_t r2 = clock_warp_mul(r, r, 30);
+    const int64_t r3 = clock_warp_mul(r2, r, 30);
+    const int64_t rr1 = clock_warp_mul(3 * r, now->accel_q30, 30);
+    *axis = (struct motion_state){
+        .pos_q32 = track->pos_q32,
+        .vel_q32 = clock_warp_mul(track->vel_q32, r, 30),
+        .acc_q32 =
+            clock_warp_add(clock_warp_mul(track->acc_q32, r2, 30),
+                           clock_warp_mul(track->vel_q32, now->accel_q30, 30)),
+        .jerk_q32 = clock_warp_add(
+            clock_warp_add(clock_warp_mul(track->jerk_q32, r3, 30),
+                           clock_warp_mul(track->acc_q32, rr1, 30)),
+            clock_warp_mul(track->vel_q32, now->jerk_q30, 30)),
+    };
 }
