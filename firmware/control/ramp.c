@@ -15,9 +15,9 @@
 #define RAMP_LOOKS_MAKE  8
 #define RAMP_LOOKS_SWEEP 256
 
-/* How many lengths are tried to bring r' > 0 to 0 in, each a sixteenth longer,
- * before those in between; how many ticks later that may begin at the latest. */
-#define RAMP_LEVEL_RUNGS 64
+/* How many lengths are tried to bring r' > 0 to 0 in, before those in between;
+ * how many ticks later that may begin at the latest. */
+#define RAMP_LEVEL_RUNGS 96
 #define RAMP_LEVEL_WAIT  64
 
 /* value / 2^(eighths / 8), at least 1 */
@@ -206,6 +206,14 @@ static struct motion_clock_rate ramp_after(const struct controller *controller,
     return then;
 }
 
+/* The next length of a ladder: every one up to 32 ticks, as one alone may fit
+ * among those that do not, just before a border of segments; from there a
+ * thirty-second longer. */
+static int64_t ramp_level_longer(int64_t ticks)
+{
+    return ticks + ticks / 32 + 1;
+}
+
 /* In so few ticks as the limits allow, after `wait`. */
 static bool ramp_level_least(const struct controller *controller,
                              const struct ramp_wait *wait, bool stop,
@@ -227,7 +235,7 @@ static bool ramp_level_least(const struct controller *controller,
             return true;
         }
         low = ticks;
-        ticks += ticks / 16 + 1;
+        ticks = ramp_level_longer(ticks);
     }
     return false;
 }

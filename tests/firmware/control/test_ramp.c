@@ -56,11 +56,11 @@ static int64_t bound_of(const struct controller *c, enum request request)
 /* r' has to be brought to 0, by the largest J that keeps every axis inside its
  * limits, in L = a / J: the rate rises by a L / 2.  The controller counts in
  * whole ticks, takes one more where its looks and set points are rounded, and
- * the rate is seen at ticks: three ticks of L.  It tries lengths a sixteenth
- * apart, then those between one that does not fit and the next that does; where
- * a shorter one would, but not all up to there (a border of segments comes just
- * after its end), or where only some ticks are looked at (over 128, with what
- * may come between), that is a sixteenth of L.  Where no J fits yet r' is
+ * the rate is seen at ticks: three ticks of L.  It tries every length up to 32
+ * ticks, then such that are a thirty-second apart, then those between one that
+ * does not fit and the next that does; where a shorter one would, but not all
+ * up to there (a border of segments comes just after its end), that is a
+ * thirty-second of L.  Where no J fits yet r' is
  * kept first, or rises by so many quarters of what it was going to, for as many
  * ticks as let one fit then; where none does the clock goes on as it was going
  * to: INFINITY.  On the way it looks for a level a quarter shorter: `longer` is
@@ -74,10 +74,10 @@ static double rises_to(const struct controller *c,
     const double s = (double)at->s_ns_q12 / (double)MOTION_FIXED_S_Q12;
     const double jerk = oracle_level(c, s, r, a, first, stop);
     const double a1 = a + first.t * first.jerk;
-    return jerk == 0
-               ? INFINITY
-               : r + first.t * (a + a1) / 2 +
-                     longer * (a1 * a1 / (2 * jerk) * 1.0625 + 1.5 * a1 * tick);
+    return jerk == 0 ? INFINITY
+                     : r + first.t * (a + a1) / 2 +
+                           longer * (a1 * a1 / (2 * jerk) * (33.0 / 32) +
+                                     1.5 * a1 * tick);
 }
 
 static double rises_later(const struct controller *c,
