@@ -147,6 +147,16 @@ static bool ramp_looks_pass_gate(const struct controller *controller,
                              looks));
 }
 
+/* What follows a ramp, which a walk that goes backwards does not see. */
+static bool ramp_end_keeps(const struct controller *controller,
+                           const struct motion_clock_warp *warp, bool stop,
+                           unsigned index)
+{
+    struct motion_clock_rate end;
+    motion_clock_warp_at(warp, warp->t0_ns + warp->dur_ns, &end);
+    return ramp_keeps(controller, &end, index, stop);
+}
+
 /* One axis: where it begins and ends, what was sent before and what follows
  * count, too. */
 static bool ramp_axis_fits(const struct controller *controller,
@@ -163,8 +173,11 @@ static bool ramp_axis_fits(const struct controller *controller,
     motion_clock_walk_begin(&walk, controller->is_reversed ? &turned : warp,
                             controller->axis[index].track,
                             ramp_limit(controller, index, stop), period_ns);
-    bool passes = ramp_passes_gate(controller, warp, stop, index, 0, &points,
-                                   &effort->left);
+    walk.is_open = controller->is_reversed;
+    bool passes =
+        ramp_passes_gate(controller, warp, stop, index, 0, &points,
+                         &effort->left) &&
+        (!walk.is_open || ramp_end_keeps(controller, warp, stop, index));
     do
         more = motion_clock_walk_next(&walk, &effort->left);
     while (passes && more > 0 &&

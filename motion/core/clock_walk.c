@@ -194,7 +194,9 @@ void motion_clock_walk_begin(struct motion_clock_walk *walk,
 static bool clock_walk_looks(struct motion_clock_walk *walk,
                              const struct motion_clock_rate *left)
 {
-    const struct motion_clock_rate *now = &walk->rate;
+    const bool is_end = walk->at_ns >= walk->warp->dur_ns;
+    const struct motion_clock_rate *now =
+        walk->is_open && is_end ? left : &walk->rate;
     struct clock_place place;
     struct motion_state axis;
     if (motion_track_ahead(walk->track, now->s_ns_q12) <= 0)
@@ -205,7 +207,7 @@ static bool clock_walk_looks(struct motion_clock_walk *walk,
          !clock_walk_keeps(walk->limit, left, &place.state, &axis)) ||
         !clock_walk_keeps(walk->limit, now, &place.state, &axis))
         return false;
-    if (walk->at_ns < walk->warp->dur_ns)
+    if (!is_end)
         clock_walk_stride(walk, &place, &axis);
     return true;
 }
@@ -221,6 +223,9 @@ int motion_clock_walk_next(struct motion_clock_walk *walk, int64_t *looks)
     walk->at_ns = now.dt;
     walk->is_bounded = walk->next_is_bounded;
     struct clock_time left = now;
+    if (walk->is_open && now.dt > 0)
+        motion_clock_warp_at(walk->warp, walk->warp->t0_ns + now.dt - 1,
+                             &left.rate);
     left.rate.jerk_q30 = last.rate.jerk_q30; /* of the piece in between */
     const uint32_t here =
         clock_walk_segment_from(walk->track, walk->index, now.rate.s_ns_q12);

@@ -46,6 +46,8 @@ struct motion_clock_walk {
     /* since the ramp began: the last look, and the one before */
     int64_t at_ns, before_ns;
     bool is_bounded; /* by bounds, the limits are kept everywhere in between */
+    bool is_open;    /* the caller's: the ramp ends with an r' of its own, and
+                        what follows it is none of this walk's */
     /* its own: */
     int64_t next_ns;
     bool next_is_bounded;

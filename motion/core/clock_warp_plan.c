@@ -327,12 +327,13 @@ int motion_clock_warp_level(const struct motion_clock_warp *from, int64_t t_ns,
         return MOTION_E_RANGE;
     const int64_t r0 = now.rate_q30 * ((int64_t)1 << 26);
     const int64_t r1 = r0 + (a0n + a1n) / 2;
+    /* a rate that is on its way to just 0 comes to 0, by rounding */
+    const int64_t end = r1 + an / 2 + (1 << 25);
     if (!clock_ramp_in_range(r0) || !clock_ramp_in_range(r1) ||
-        !clock_ramp_in_range(r1 + an / 2))
+        !clock_ramp_in_range(end))
         return MOTION_E_RANGE;
     struct motion_clock_warp warp;
-    motion_clock_warp_init(&warp, t_ns, now.s_ns_q12,
-                           (r1 + an / 2 + (1 << 25)) >> 26);
+    motion_clock_warp_init(&warp, t_ns, now.s_ns_q12, end >> 26);
     clock_warp_append(&warp, wait * tick_ns, r0, a0n, a1n);
     clock_warp_append(&warp, ticks * tick_ns, r1, an, 0);
     *to = warp;

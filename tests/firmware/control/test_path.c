@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "firmware/control/parts.h"
+#include "motion/core/clock_walk.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/curve/ease.h"
@@ -103,6 +104,67 @@ static void a_ramp_from_before_the_path_is_judged_on_it(void **state)
     assert_false(motion_clock_warp_fits(&warp, &track, &limit, MS, &looks));
 }
 
+/* In reverse the turned ramp ends where the ramp begins, with the r' that there
+ * is: 3 f'' r r' of the jerk is largest there, and the only place over the
+ * limit. */
+static void a_ramp_in_reverse_is_judged_where_it_begins(void **state)
+{
+    const struct motion_state from = { 0 };
+    const struct motion_state to = { .pos_q32 = 3 * MOTION_FIXED_ONE_Q32,
+                                     .vel_q32 = 4 * MOTION_FIXED_ONE_Q32,
+                                     .acc_q32 = 4 * MOTION_FIXED_ONE_Q32 };
+    const struct motion_clock_bound bound = { 8 * MOTION_CLOCK_WARP_ONE_Q30,
+                                              40 * MOTION_CLOCK_WARP_ONE_Q30 };
+    struct motion_clock_limit limit = { 100 * MOTION_FIXED_ONE_Q32,
+                                        1000 * MOTION_FIXED_ONE_Q32, 0 };
+    struct motion_segment segment;
+    struct motion_track track;
+    struct motion_clock_warp warp, turned;
+    int64_t begin_q32 = 0, rest_q32 = 0;
+    (void)state;
+    motion_track_init(&track, &segment, 1, 0);
+    assert_int_equal(
+        motion_track_append_quintic(&track, 2 * MOTION_FIXED_S_Q12, &from, &to),
+        MOTION_OK);
+    const struct controller controller = { .is_reversed = true,
+                                           .move_end_ns_q12 =
+                                               track.end_ns_q12 };
+    motion_clock_warp_init(&warp, 0, 0, MOTION_CLOCK_WARP_ONE_Q30 / 10);
+    assert_int_equal(motion_clock_warp_ramp(&warp, 0, MOTION_CLOCK_WARP_ONE_Q30,
+                                            &bound, MS, &warp),
+                     MOTION_OK);
+    assert_int_equal(motion_clock_warp_ramp(&warp, 190 * MS,
+                                            MOTION_CLOCK_WARP_ONE_Q30, &bound,
+                                            MS, &warp),
+                     MOTION_OK);
+    for (int64_t dt = 0; dt <= warp.dur_ns; dt += MS) {
+        struct motion_clock_rate now;
+        struct motion_state path, axis;
+        motion_clock_warp_at(&warp, warp.t0_ns + dt, &now);
+        controller_path_state(&controller, &track, now.s_ns_q12, &path);
+        motion_clock_warp_chain(&now, &path, &axis);
+        if (dt == 0)
+            begin_q32 = llabs(axis.jerk_q32);
+        else if (llabs(axis.jerk_q32) > rest_q32)
+            rest_q32 = llabs(axis.jerk_q32);
+    }
+    assert_true(begin_q32 > rest_q32);
+    controller_path_turn(&controller, &warp, &turned);
+    for (int over = 0; over < 2; over++) {
+        struct motion_clock_walk walk;
+        int64_t looks = 10000;
+        int more;
+        limit.jerk_q32 =
+            over ? begin_q32 - begin_q32 / 1000 : begin_q32 + begin_q32 / 1000;
+        motion_clock_walk_begin(&walk, &turned, &track, &limit, MS);
+        walk.is_open = true;
+        do
+            more = motion_clock_walk_next(&walk, &looks);
+        while (more > 0);
+        assert_int_equal(more, over ? MOTION_E_LIMIT : 0);
+    }
+}
+
 /* Of what is played, by central differences of the next lower derivative over
  * the time of the clock: forwards, and in reverse, where speed and jerk turn
  * round and acceleration does not. */
@@ -152,6 +214,7 @@ int main(void)
         cmocka_unit_test(the_state_is_that_of_what_is_played),
         cmocka_unit_test(a_ramp_turned_is_the_ramp_backwards),
         cmocka_unit_test(a_ramp_from_before_the_path_is_judged_on_it),
+        cmocka_unit_test(a_ramp_in_reverse_is_judged_where_it_begins),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

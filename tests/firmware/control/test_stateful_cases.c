@@ -545,6 +545,20 @@ static void a_goal_next_to_nothing_away_is_reached_at_one_percent(void **state)
     assert_true(bench.axis[0].pos_q32 == 100 * UNIT + 101);
 }
 
+/* Episodes of a soak, by their seeds.  Its rate was on its way to just 0 and up
+ * again, resumed, when it was held: it came to 0, went on up, and down again.
+ * And an override in reverse, while the rate rose: what the new ramp began with
+ * was not looked at. */
+static void episodes_of_a_soak_are_as_they_should_be(void **state)
+{
+    static const uint64_t seed[] = { 0x6b08ac16, 0x6b08c808 };
+    (void)state;
+    for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
+        stateful_episode(&bench, seed[k], 4000);
+        judged("soak", (int64_t)seed[k]);
+    }
+}
+
 static void goals_of_a_refused_start_are_forgotten(void **state)
 {
     (void)state;
@@ -767,6 +781,7 @@ int main(void)
             a_drive_that_ran_on_in_a_hold_has_time_for_its_way_back),
         cmocka_unit_test(an_axis_outside_is_not_sent_out_again),
         cmocka_unit_test(a_goal_next_to_nothing_away_is_reached_at_one_percent),
+        cmocka_unit_test(episodes_of_a_soak_are_as_they_should_be),
         cmocka_unit_test(goals_of_a_refused_start_are_forgotten),
         cmocka_unit_test(a_drive_that_stands_short_of_its_goal_is_stopped),
         cmocka_unit_test(a_calm_way_is_halted_in_a_second),
