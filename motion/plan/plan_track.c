@@ -63,3 +63,31 @@ int plan_track_wait(struct motion_track *track, int64_t end_ns_q12)
     }
     return err;
 }
+
+/* FNV-1a by words; the high half is folded in, as a product carries upwards
+ * only. */
+uint64_t plan_hash_add(uint64_t hash, int64_t value)
+{
+    hash = (hash ^ (uint64_t)value) * UINT64_C(1099511628211);
+    return hash ^ hash >> 32;
+}
+
+uint64_t plan_track_hash(const struct motion_track *track)
+{
+    uint64_t hash = plan_hash_add(PLAN_HASH_START, track->count);
+
+    for (uint32_t i = 0; i < track->count; i++) {
+        const struct motion_segment *segment = &track->segment[i];
+        hash = plan_hash_add(hash, segment->start_ns_q12);
+        hash = plan_hash_add(hash, segment->dur_ns_q12);
+        hash = plan_hash_add(hash, segment->pos_q32);
+        for (unsigned k = 0; k <= MOTION_TRACK_DEGREE; k++)
+            hash = plan_hash_add(hash, segment->coef[k]);
+        hash = plan_hash_add(hash, segment->remainder);
+        hash = plan_hash_add(hash, segment->frac);
+    }
+    hash = plan_hash_add(hash, track->end_ns_q12);
+    hash = plan_hash_add(hash, track->end.pos_q32);
+    hash = plan_hash_add(hash, track->end.vel_q32);
+    return plan_hash_add(hash, track->end.acc_q32);
+}

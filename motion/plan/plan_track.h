@@ -29,4 +29,11 @@ void plan_track_trim(struct motion_track *track);
  * MOTION_E_RANGE. */
 int plan_track_wait(struct motion_track *track, int64_t end_ns_q12);
 
+/* A hash of every bit that decides what a sample is: two plans of a move are the
+ * same where their hashes are.  Not against an adversary. */
+uint64_t plan_track_hash(const struct motion_track *track);
+/* One more value into a hash, which begins with PLAN_HASH_START. */
+#define PLAN_HASH_START UINT64_C(14695981039346656037)
+uint64_t plan_hash_add(uint64_t hash, int64_t value);
+
 #endif

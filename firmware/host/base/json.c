@@ -2,6 +2,7 @@
 #include "firmware/host/base/json.h"
 
 #include <inttypes.h>
+#include <stdio.h>
 
 #include "firmware/host/base/number.h"
 
@@ -21,4 +22,12 @@ void json_add_fixed(cJSON *object, const char *name, int64_t value,
                     unsigned bits)
 {
     cJSON_AddNumberToObject(object, name, number_double(value, bits));
+}
+
+void json_add_hash(cJSON *object, const char *name, uint64_t hash)
+{
+    char text[20];
+
+    snprintf(text, sizeof text, "%016llx", (unsigned long long)hash);
+    cJSON_AddStringToObject(object, name, text);
 }

@@ -12,5 +12,7 @@ cJSON *json_integer(int64_t value);
 /* Fixed point, as a double. */
 void json_add_fixed(cJSON *object, const char *name, int64_t value,
                     unsigned bits);
+/* 16 hex digits, as a text. */
+void json_add_hash(cJSON *object, const char *name, uint64_t hash);
 
 #endif

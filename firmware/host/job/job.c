@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
@@ -16,6 +17,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/camera/plan_camera.h"
+#include "motion/plan/plan_track.h"
 
 static const struct {
     unsigned order;
@@ -655,4 +657,14 @@ void job_json_violations(const struct job *job, struct cJSON *object)
     for (uint32_t i = 0; i < job->violation_count; i++)
         cJSON_AddItemToArray(list, job_json_violation(job, &job->violation[i]));
     job_fit_json(job, object);
+}
+
+void job_json_hash(const struct job *job, struct cJSON *object)
+{
+    uint64_t hash = PLAN_HASH_START;
+
+    for (unsigned i = 0; i < job->planned; i++)
+        hash = plan_hash_add(hash, (int64_t)plan_track_hash(&job->track[i]));
+    if (job->compiled == NULL)
+        json_add_hash(object, "hash", hash);
 }

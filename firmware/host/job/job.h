@@ -116,6 +116,9 @@ void job_check(struct job *job, int64_t rate_q30);
 struct cJSON;
 void job_print_violations(const struct job *job, FILE *file);
 void job_json_violations(const struct job *job, struct cJSON *object);
+/* Of all tracks, as the member "hash", the one that the studio's page shows; not
+ * of a compiled move. */
+void job_json_hash(const struct job *job, struct cJSON *object);
 
 /* Limits as they must hold for the tracks themselves at that rate. */
 void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,

@@ -1,7 +1,6 @@
 /* firmware/studio/wasm/plan.c - see plan.h. */
 #include "firmware/studio/wasm/plan.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "firmware/host/base/json.h"
@@ -9,9 +8,8 @@
 #include "firmware/host/base/number.h"
 #include "firmware/host/job/budget.h"
 #include "motion/core/clock_warp.h"
+#include "motion/plan/plan_track.h"
 
-#define PLAN_HASH_START  UINT64_C(14695981039346656037)
-#define PLAN_HASH_PRIME  UINT64_C(1099511628211)
 #define PLAN_EVENTS_SAID 10000 /* as many as a person can tell apart */
 
 STUDIO_EXPORT struct studio_plan *
@@ -40,44 +38,6 @@ STUDIO_EXPORT void studio_plan_delete(struct studio_plan *plan)
     cJSON_free(plan->report);
     cJSON_free(plan->answer);
     memory_free(plan);
-}
-
-/* --- bits ------------------------------------------------------------------- */
-
-static uint64_t plan_hash(uint64_t hash, int64_t value)
-{
-    for (unsigned i = 0; i < 8; i++)
-        hash = (hash ^ ((uint64_t)value >> 8 * i & 0xFF)) * PLAN_HASH_PRIME;
-    return hash;
-}
-
-/* Of all that decides what a sample is. */
-static uint64_t plan_hash_track(const struct motion_track *track)
-{
-    uint64_t hash = plan_hash(PLAN_HASH_START, track->count);
-
-    for (uint32_t i = 0; i < track->count; i++) {
-        const struct motion_segment *segment = &track->segment[i];
-        hash = plan_hash(hash, segment->start_ns_q12);
-        hash = plan_hash(hash, segment->dur_ns_q12);
-        hash = plan_hash(hash, segment->pos_q32);
-        for (unsigned k = 0; k <= MOTION_TRACK_DEGREE; k++)
-            hash = plan_hash(hash, segment->coef[k]);
-        hash = plan_hash(hash, segment->remainder);
-        hash = plan_hash(hash, segment->frac);
-    }
-    hash = plan_hash(hash, track->end_ns_q12);
-    hash = plan_hash(hash, track->end.pos_q32);
-    hash = plan_hash(hash, track->end.vel_q32);
-    return plan_hash(hash, track->end.acc_q32);
-}
-
-static void plan_add_hash(cJSON *object, uint64_t hash)
-{
-    char text[20];
-
-    snprintf(text, sizeof text, "%016llx", (unsigned long long)hash);
-    cJSON_AddStringToObject(object, "hash", text);
 }
 
 /* --- the report ------------------------------------------------------------- */
@@ -125,10 +85,10 @@ static cJSON *plan_axis(const struct studio_plan *plan, unsigned i,
 {
     const struct plan_axis *axis = &plan->job.move.axis[i];
     const struct motion_track *track = &plan->job.track[i];
-    const uint64_t hash = plan_hash_track(track);
+    const uint64_t hash = plan_track_hash(track);
     cJSON *object = cJSON_CreateObject();
 
-    *all = plan_hash(*all, (int64_t)hash);
+    *all = plan_hash_add(*all, (int64_t)hash);
     plan_add_limits(object, job_rig_axis(&plan->job, i));
     cJSON_AddStringToObject(object, "driver", plan_driver_name(axis->driver));
     cJSON_AddStringToObject(object, "curve",
@@ -136,7 +96,7 @@ static cJSON *plan_axis(const struct studio_plan *plan, unsigned i,
     cJSON_AddNumberToObject(object, "keys", axis->key_count);
     cJSON_AddNumberToObject(object, "segments", track->count);
     cJSON_AddNumberToObject(object, "end_s", plan_seconds(track->end_ns_q12));
-    plan_add_hash(object, hash);
+    json_add_hash(object, "hash", hash);
     plan_add_place(object, axis->place);
     return object;
 }
@@ -188,7 +148,7 @@ static void plan_add_tracks(const struct studio_plan *plan, cJSON *report)
     for (uint32_t i = 0; i < job->violation_count; i++)
         cJSON_AddItemToArray(violations,
                              plan_violation(plan, &job->violation[i]));
-    plan_add_hash(report, hash);
+    json_add_hash(report, "hash", hash);
 }
 
 static void plan_add_events(const struct studio_plan *plan, cJSON *report)

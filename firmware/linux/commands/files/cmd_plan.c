@@ -16,6 +16,7 @@
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
+#include "motion/plan/plan_track.h"
 
 static const char *const cmd_plan_curve[] = {
 #define CMD_PLAN_CURVE(name, spelling, text) spelling,
@@ -149,6 +150,7 @@ static void cmd_plan_json(const struct job *job)
     cJSON_AddStringToObject(report, "title", job->move.title);
     cJSON_AddNumberToObject(report, "duration_s",
                             number_double(job->end_ns_q12, 12) / 1e9);
+    job_json_hash(job, report);
     cJSON *axes = cJSON_AddArrayToObject(report, "axes");
     for (unsigned i = 0; i < job->move.axis_count; i++) {
         const struct plan_axis *axis = &job->move.axis[i];
@@ -160,6 +162,7 @@ static void cmd_plan_json(const struct job *job)
         cJSON_AddStringToObject(item, "curve", cmd_plan_curve_of(axis));
         cJSON_AddNumberToObject(item, "keys", axis->key_count);
         cJSON_AddNumberToObject(item, "segments", job->track[i].count);
+        json_add_hash(item, "hash", plan_track_hash(&job->track[i]));
         cmd_plan_json_peak(item, "velocity", job, i, MOTION_VEL);
         cmd_plan_json_peak(item, "acceleration", job, i, MOTION_ACC);
         cmd_plan_json_peak(item, "jerk", job, i, MOTION_JERK);
