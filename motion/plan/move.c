@@ -155,28 +155,32 @@ static int move_fail_span(const struct move *move, int code, uint32_t span)
         move_seconds(move->key[span].t_ns_q12));
 }
 
+static int move_append_ease(const struct move *move, enum plan_curve curve,
+                            uint32_t i)
+{
+    const enum motion_ease_law law = curve == PLAN_CURVE_SINE ? MOTION_EASE_SINE
+                                     : curve == PLAN_CURVE_SCURVE
+                                         ? MOTION_EASE_SCURVE
+                                         : MOTION_EASE_PARABOLIC;
+    const union plan_shape shape = move_shape_at(move->axis, i);
+    const struct motion_key *key = &move->key[i];
+    int rc = move_grow(move, MOTION_EASE_SEGMENTS);
+
+    if (rc != MOTION_OK)
+        return rc;
+    rc = motion_ease_append(move->track, law, key[1].pos_q32,
+                            key[1].t_ns_q12 - key[0].t_ns_q12,
+                            shape.ease.k1_q32, shape.ease.k2_q32);
+    return rc == MOTION_OK ? MOTION_OK : move_fail_span(move, rc, i);
+}
+
 static int move_append_rest(const struct move *move, const struct move_run *run)
 {
-    const struct plan_axis *axis = move->axis;
-    const enum motion_ease_law law =
-        run->curve == PLAN_CURVE_SINE     ? MOTION_EASE_SINE
-        : run->curve == PLAN_CURVE_SCURVE ? MOTION_EASE_SCURVE
-                                          : MOTION_EASE_PARABOLIC;
     int rc = MOTION_OK;
 
     for (uint32_t i = run->from;
-         rc == MOTION_OK && i + 1 < run->from + run->count; i++) {
-        const union plan_shape shape = move_shape_at(axis, i);
-        const struct motion_key *key = &move->key[i];
-        rc = move_grow(move, MOTION_EASE_SEGMENTS);
-        if (rc != MOTION_OK)
-            return rc;
-        rc = motion_ease_append(move->track, law, key[1].pos_q32,
-                                key[1].t_ns_q12 - key[0].t_ns_q12,
-                                shape.ease.k1_q32, shape.ease.k2_q32);
-        if (rc != MOTION_OK)
-            return move_fail_span(move, rc, i);
-    }
+         rc == MOTION_OK && i + 1 < run->from + run->count; i++)
+        rc = move_append_ease(move, run->curve, i);
     return rc;
 }
 
@@ -222,13 +226,89 @@ static int move_append_spline(const struct move *move,
     }
 }
 
-static int move_append_run(const struct move *move, const struct move_run *run)
+static int move_append_plain(const struct move *move,
+                             const struct move_run *run)
 {
     uint32_t span = 0;
     int rc;
 
     if (move_is_rest(run->curve))
         return move_append_rest(move, run);
+    rc = move_grow(move, move_capacity(run));
+    if (rc != MOTION_OK)
+        return rc;
+    rc = move_append_spline(move, run, &span);
+    return rc == MOTION_OK ? MOTION_OK
+                           : move_fail_span(move, rc, run->from + span);
+}
+
+/* Everything that move_append_plain looks at. */
+static void move_add(const struct move *move, const struct move_run *run)
+{
+    const union plan_shape shape = move_shape_at(move->axis, run->from);
+
+    if (move_is_rest(run->curve)) {
+        move_memo_add(move, shape.ease.k1_q32);
+        move_memo_add(move, shape.ease.k2_q32);
+    } else if (run->curve == PLAN_CURVE_KOCHANEK) {
+        move_memo_add(move, run->shape.tcb.tension_q32);
+        move_memo_add(move, run->shape.tcb.continuity_q32);
+        move_memo_add(move, run->shape.tcb.bias_q32);
+    } else if (move_is_straight(run->curve)) {
+        move_memo_add(move, run->shape.blend_ns_q12);
+    }
+    move_memo_add(move, run->first);
+    move_memo_add(move, run->last);
+    for (uint32_t i = run->from; i < run->from + run->count; i++) {
+        const struct motion_key *key = &move->key[i];
+        move_memo_add(move, key->t_ns_q12);
+        move_memo_add(move, key->pos_q32);
+        move_memo_add(move, key->has_vel);
+        move_memo_add_real(move, key->vel);
+        move_memo_add(move, key->has_acc);
+        move_memo_add_real(move, key->acc);
+    }
+}
+
+/* A run, or one that was planned before. */
+static int move_append_kept(const struct move *move, const struct move_run *run)
+{
+    struct plan_memo_span span;
+    int rc;
+
+    move_memo_begin(move, run->curve, run->count - 1, &span);
+    move_add(move, run);
+    rc = move_memo_recall(move, &span) ? MOTION_OK
+                                       : move_append_plain(move, run);
+    return rc == MOTION_OK ? move_memo_keep(move, &span) : rc;
+}
+
+/* Does a span of it follow from its two keys, once these are filled in? */
+static bool move_is_local(enum plan_curve curve)
+{
+    return curve != PLAN_CURVE_ROUNDED && curve != PLAN_CURVE_SMOOTHED &&
+           curve != PLAN_CURVE_KOCHANEK && curve != PLAN_CURVE_BSPLINE &&
+           curve != PLAN_CURVE_LAGRANGE;
+}
+
+static int move_append_spans(const struct move *move,
+                             const struct move_run *run)
+{
+    struct move_run span = *run;
+    int rc = MOTION_OK;
+
+    span.count = 2;
+    for (uint32_t i = 0; rc == MOTION_OK && i + 1 < run->count; i++) {
+        span.from = run->from + i;
+        rc = move_append_kept(move, &span);
+    }
+    return rc;
+}
+
+static int move_append_run(const struct move *move, const struct move_run *run)
+{
+    int rc;
+
     if (run->curve == PLAN_CURVE_BEZIER)
         return move_bezier_append(move, run->from, run->from + run->count - 1);
     if (run->curve == PLAN_CURVE_LAGRANGE &&
@@ -237,13 +317,11 @@ static int move_append_run(const struct move *move, const struct move_run *run)
             move, MOTION_E_FULL, run->from + MOTION_SPLINE_LAGRANGE_KEYS,
             "lagrange takes at most %d keys", MOTION_SPLINE_LAGRANGE_KEYS);
     rc = move_fill(move, run);
-    if (rc == MOTION_OK)
-        rc = move_grow(move, move_capacity(run));
     if (rc != MOTION_OK)
         return rc;
-    rc = move_append_spline(move, run, &span);
-    return rc == MOTION_OK ? MOTION_OK
-                           : move_fail_span(move, rc, run->from + span);
+    return move->memo == NULL          ? move_append_plain(move, run)
+           : move_is_local(run->curve) ? move_append_spans(move, run)
+                                       : move_append_kept(move, run);
 }
 
 static bool move_has_bezier(const struct plan_axis *axis)

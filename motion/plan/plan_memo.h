@@ -2,30 +2,36 @@
  * next plan of it takes over what is the same.
  *
  * A span is taken over where everything that its segments are made of is the
- * same: both keys with their handles and the keys beside these, the tolerance,
- * and where the track ends before it.  So a key that moves costs the spans that
- * depend on it, and the whole is what planning afresh gives, to the bit.  Spans
- * of bezier curves are remembered; others take less time than looking them up. */
+ * same: its two keys with what was filled in or their handles, parameters, and
+ * where the track ends before it.  So a key that moves costs the spans that depend
+ * on it, and the whole is what planning afresh gives, to the bit.  What every key
+ * has a part in (lagrange), or keys further away than those of the span
+ * (rounded, smoothed, kochanek-bartels, b-spline), is taken over run by run.  The
+ * velocities of c2 and c4 depend on all keys, by less than their last bit some
+ * fifty keys away. */
 #ifndef MOTION_PLAN_PLAN_MEMO_H
 #define MOTION_PLAN_PLAN_MEMO_H
 
 #include "motion/plan/move.h"
 
-#define PLAN_MEMO_KEYS 4 /* the one before the span, its two, the one after */
-
+/* A span, or a run of them. */
 struct plan_memo_span {
-    struct motion_fcurve_key key[PLAN_MEMO_KEYS]; /* zero where there is none */
-    struct motion_fcurve_range range;
-    struct motion_state start, end; /* of the track, before and after it */
-    uint64_t start_frac, end_frac;
-    int64_t end_ns_q12;
+    uint32_t word, words; /* that it is made of */
+    uint32_t spans;
     uint32_t first, count; /* segments */
+    int64_t from_ns_q12;   /* of the track, before it; and after it: */
+    int64_t end_ns_q12;
+    struct motion_state end;
+    uint64_t end_frac;
 };
 
 struct plan_memo_axis {
     char name[PLAN_NAME_MAX];
     struct plan_memo_span *span; /* on the heap, and so are the segments */
     uint32_t spans, capacity;
+    int64_t *word; /* of all spans */
+    uint32_t words, word_capacity;
+    bool is_full; /* there was no memory for words */
     struct motion_segment *segment;
 };
 

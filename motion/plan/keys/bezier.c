@@ -430,6 +430,45 @@ static int bezier_append_range(const struct move *move,
     return rc == MOTION_OK ? MOTION_OK : bezier_fail(move, rc, report.failed);
 }
 
+static void bezier_add_point(const struct move *move,
+                             struct motion_fcurve_point point)
+{
+    move_memo_add(move, point.t_ns_q12);
+    move_memo_add(move, point.pos_q32);
+}
+
+static void bezier_add_key(const struct move *move,
+                           const struct motion_fcurve_key *key)
+{
+    bezier_add_point(move, key->at);
+    bezier_add_point(move, key->left);
+    bezier_add_point(move, key->right);
+    move_memo_add(move, key->interpolation);
+    move_memo_add(move, key->easing);
+    move_memo_add(move, key->back_q32);
+    move_memo_add(move, key->amplitude_q32);
+    move_memo_add(move, key->period_ns_q12);
+}
+
+/* The key before the span, its two, the one after; and how close it is baked. */
+static void bezier_add(const struct move *move, uint32_t key,
+                       const struct motion_fcurve_range *range)
+{
+    const struct motion_fcurve *curve = &move->handles;
+
+    for (uint32_t i = 0; i < 4; i++)
+        if (key + i >= 1 && key + i - 1 < curve->count)
+            bezier_add_key(move, &curve->key[key + i - 1]);
+        else
+            move_memo_add(move, i);
+    move_memo_add(move, range->from_ns_q12);
+    move_memo_add(move, range->to_ns_q12);
+    move_memo_add_real(move, range->within.pos);
+    move_memo_add_real(move, range->within.vel);
+    move_memo_add_real(move, range->within.acc);
+    move_memo_add_real(move, range->step);
+}
+
 /* The span from key `key`, or one that was planned before. */
 static int bezier_append_span(const struct move *move, uint32_t key,
                               const struct motion_fcurve_range *range)
@@ -439,8 +478,8 @@ static int bezier_append_span(const struct move *move, uint32_t key,
 
     if (move->memo == NULL)
         return bezier_append_range(move, range);
-    move_memo_want(move, key, range, &span);
-    (*move->planned)++;
+    move_memo_begin(move, PLAN_CURVE_BEZIER, 1, &span);
+    bezier_add(move, key, range);
     if (!move_memo_recall(move, &span)) {
         rc = bezier_append_range(move, range);
         if (rc != MOTION_OK)

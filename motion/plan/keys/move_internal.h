@@ -91,11 +91,12 @@ int move_cycles_write(const struct move *move, struct plan_axis *out,
 
 /* --- memo.c --------------------------------------------------------------- */
 
-/* All that decides what the segments of a span are, which is next on the track
- * and starts at the key `key` (or lies before the first). */
-void move_memo_want(const struct move *move, uint32_t key,
-                    const struct motion_fcurve_range *range,
-                    struct plan_memo_span *span);
+/* All with move->memo.  Begin what is next on the track: `spans` spans of a kind,
+ * a curve or another number.  Then all else that decides what its segments are. */
+void move_memo_begin(const struct move *move, int64_t kind, uint32_t spans,
+                     struct plan_memo_span *span);
+void move_memo_add(const struct move *move, int64_t word);
+void move_memo_add_real(const struct move *move, struct motion_real value);
 /* Append what a former plan made of the same; false: it made nothing of it. */
 bool move_memo_recall(const struct move *move, struct plan_memo_span *span);
 /* The span as it was appended; and the track, once it is whole. */

@@ -12,6 +12,8 @@
 #include "motion/core/err.h"
 #include "motion/plan/keys/move_internal.h"
 
+#define PROFILE_KIND -1 /* of a span that is kept; curves are from 0 */
+
 /* The speed limit less what rounding times to 2^-12 ns may add. */
 #define PROFILE_BELOW (1 - 1e-6)
 
@@ -94,11 +96,33 @@ static int profile_append_span(const struct move *move, uint32_t i)
                : move_fail_key(move, rc, i + 1, "%s", motion_err_text(rc));
 }
 
+/* The span from key i, or one that was planned before. */
+static int profile_append_kept(const struct move *move, uint32_t i)
+{
+    const struct plan_profile *profile = &move->axis->profile;
+    const struct motion_key *key = &move->key[i];
+    struct plan_memo_span span;
+    int rc;
+
+    if (move->memo == NULL)
+        return profile_append_span(move, i);
+    move_memo_begin(move, PROFILE_KIND, 1, &span);
+    move_memo_add(move, key[0].pos_q32);
+    move_memo_add(move, key[1].pos_q32);
+    move_memo_add(move, key[1].t_ns_q12 - key[0].t_ns_q12);
+    move_memo_add(move, profile->vel_q32);
+    move_memo_add(move, profile->acc_q32);
+    move_memo_add(move, profile->settle_ns_q12);
+    rc = move_memo_recall(move, &span) ? MOTION_OK
+                                       : profile_append_span(move, i);
+    return rc == MOTION_OK ? move_memo_keep(move, &span) : rc;
+}
+
 int move_profile_append(const struct move *move)
 {
     int rc = MOTION_OK;
 
     for (uint32_t i = 0; rc == MOTION_OK && i + 1 < move->axis->key_count; i++)
-        rc = profile_append_span(move, i);
+        rc = profile_append_kept(move, i);
     return rc;
 }

@@ -14,6 +14,7 @@
 
 #define KEYS   12
 #define ROUNDS 40
+#define MOST   160 /* keys */
 
 static const char rig[] =
     "buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}\n"
@@ -42,9 +43,37 @@ struct key {
     int p, dp;
 };
 
+/* How an axis of a curve begins, and what a key of it has beside its point; 0: a
+ * bezier axis, whose keys have handles. */
+static const struct {
+    const char *curve, *velocity;
+} curves[] = {
+    { "bezier", "" },
+    { "linear", "" },
+    { "rounded\n    blend: 0.2 s", "" },
+    { "smoothed\n    blend: 0.2 s", "" },
+    { "parabolic", "" },
+    { "sine\n    ease: [0.3, 0.7]", "" },
+    { "s-curve", "" },
+    { "hermite", ", v: 3" },
+    { "catmull-rom", "" },
+    { "cardinal\n    mu: 0.8", "" },
+    { "kochanek-bartels\n    tcb: [0.2, 0, 0.1]", "" },
+    { "monotone", "" },
+    { "akima", "" },
+    { "akima-monotone", "" },
+    { "c2", "" },
+    { "quintic", "" },
+    { "c4", "" },
+    { "constraints", "" },
+    { "b-spline", "" },
+    { "lagrange", "" },
+};
+#define CURVES (sizeof curves / sizeof curves[0])
+
 struct sketch {
-    struct key key[KEYS + ROUNDS];
-    unsigned count;
+    struct key key[MOST];
+    unsigned count, curve;
     bool mixed, warped;
 };
 
@@ -54,10 +83,12 @@ static struct key any_key(uint32_t t_ms)
                          (int)below(100) - 50 };
 }
 
-static void sketch_new(struct sketch *sketch)
+static void sketch_new(struct sketch *sketch, unsigned curve, unsigned count)
 {
-    *sketch = (struct sketch){ .count = KEYS, .mixed = below(2) != 0 };
-    for (unsigned i = 0; i < KEYS; i++)
+    *sketch = (struct sketch){ .count = count,
+                               .curve = curve,
+                               .mixed = curve == 0 && below(2) != 0 };
+    for (unsigned i = 0; i < count; i++)
         sketch->key[i] = any_key(i * 1000 + below(500));
 }
 
@@ -99,14 +130,18 @@ static void sketch_text(const struct sketch *sketch, char *text, size_t size)
     size_t n = (size_t)snprintf(
         text, size,
         "%saxes:\n  y: {curve: c2, keys: [[0, 0], [3, 9], [9, 0]]}\n"
-        "  x:\n    curve: bezier\n    keys:\n",
-        sketch->warped ? "warp: {keys: [[0 s, 0 s], [20 s, 15 s]]}\n" : "");
+        "  x:\n    curve: %s\n    keys:\n",
+        sketch->warped ? "warp: {keys: [[0 s, 0 s], [20 s, 15 s]]}\n" : "",
+        curves[sketch->curve].curve);
 
     for (unsigned i = 0; i < sketch->count; i++) {
         const struct key *key = &sketch->key[i];
         n += (size_t)snprintf(text + n, size - n, "      - {t: %u.%03u, p: %d",
                               key->t_ms / 1000, key->t_ms % 1000, key->p);
-        if (sketch->mixed && i == 5)
+        if (sketch->curve != 0)
+            n += (size_t)snprintf(text + n, size - n, "%s}\n",
+                                  curves[sketch->curve].velocity);
+        else if (sketch->mixed && i == 5)
             n += (size_t)snprintf(text + n, size - n, ", curve: s-curve}\n");
         else if (key->kind == 2)
             n += (size_t)snprintf(text + n, size - n,
@@ -178,7 +213,7 @@ static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
     (void)state;
     for (unsigned move = 0; move < 4; move++) {
         struct studio_plan *plan = NULL;
-        sketch_new(&sketch);
+        sketch_new(&sketch, 0, KEYS);
         for (unsigned i = 0; i < ROUNDS / 4; i++) {
             sketch_text(&sketch, text, sizeof text);
             struct studio_plan *next = planned(text, plan);
@@ -203,7 +238,7 @@ static void a_key_that_moves_costs_the_spans_beside_it(void **state)
     static struct sketch sketch;
 
     (void)state;
-    sketch_new(&sketch);
+    sketch_new(&sketch, 0, KEYS);
     sketch.mixed = false;
     for (unsigned i = 0; i < KEYS; i++) {
         sketch.key[i].kind = 3;
@@ -215,10 +250,78 @@ static void a_key_that_moves_costs_the_spans_beside_it(void **state)
     sketch.key[7].p = 99;
     sketch_text(&sketch, text, sizeof text);
     struct studio_plan *next = planned(text, plan);
-    assert_int_equal(next->job.memo->planned, KEYS - 1 + 1);
-    assert_in_range(next->job.memo->reused, KEYS - 8, KEYS - 4);
+    /* Of y two, of x those between its keys and one before the first. */
+    assert_int_equal(next->job.memo->planned, 2 + KEYS - 1 + 1);
+    assert_in_range(next->job.memo->reused, 2 + KEYS - 8, 2 + KEYS - 4);
     studio_plan_delete(next);
     studio_plan_delete(plan);
+}
+
+/* Of every kind: random edits of a move, one after the other. */
+static void every_curve_is_planned_again_to_the_bit(void **state)
+{
+    static char text[16384];
+    static struct sketch sketch;
+
+    (void)state;
+    for (unsigned curve = 1; curve < CURVES; curve++) {
+        struct studio_plan *plan = NULL;
+        unsigned planned_well = 0;
+        sketch_new(&sketch, curve, KEYS);
+        for (unsigned i = 0; i < 6; i++) {
+            sketch_text(&sketch, text, sizeof text);
+            struct studio_plan *next = planned(text, plan);
+            same(text, next);
+            planned_well += next->status == STATUS_OK;
+            studio_plan_delete(plan);
+            plan = next;
+            sketch_change(&sketch);
+        }
+        studio_plan_delete(plan);
+        if (planned_well == 0)
+            fail_msg("no move of %s could be planned", curves[curve].curve);
+    }
+}
+
+/* How many spans of `count` are taken over once a key in the middle moves. */
+static unsigned left_alone(unsigned curve, unsigned count)
+{
+    static char text[16384];
+    static struct sketch sketch;
+
+    sketch_new(&sketch, curve, count);
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *plan = planned(text, NULL);
+    assert_int_equal(plan->status, STATUS_OK);
+    sketch.key[count / 2].p += 7;
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *next = planned(text, plan);
+    const unsigned reused = next->job.memo->reused - 2; /* of y */
+    studio_plan_delete(next);
+    studio_plan_delete(plan);
+    return reused;
+}
+
+/* Two spans at least depend on a key, and seven at most. */
+static void a_key_of_most_curves_costs_seven_spans_at_most(void **state)
+{
+    (void)state;
+    for (unsigned curve = 1; curve < CURVES; curve++) {
+        const char *name = curves[curve].curve;
+        const bool by_run = strncmp(name, "rounded", 7) == 0 ||
+                            strncmp(name, "smoothed", 8) == 0 ||
+                            strncmp(name, "kochanek", 8) == 0 ||
+                            strcmp(name, "b-spline") == 0 ||
+                            strcmp(name, "lagrange") == 0;
+        const bool by_all = strcmp(name, "c2") == 0 || strcmp(name, "c4") == 0;
+        if (by_run)
+            assert_int_equal(left_alone(curve, KEYS), 0);
+        else if (by_all)
+            assert_in_range(left_alone(curve, MOST), 20, MOST - 3);
+        else
+            assert_in_range(left_alone(curve, KEYS), KEYS - 1 - 7,
+                            KEYS - 1 - 2);
+    }
 }
 
 int main(void)
@@ -226,6 +329,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_edits_leave_the_bits_of_a_fresh_plan),
         cmocka_unit_test(a_key_that_moves_costs_the_spans_beside_it),
+        cmocka_unit_test(every_curve_is_planned_again_to_the_bit),
+        cmocka_unit_test(a_key_of_most_curves_costs_seven_spans_at_most),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
