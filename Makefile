@@ -165,7 +165,8 @@ $(VECTORS): $(B)/tests/motion/vectors.o $(B)/libtests.a $(LIBS)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) $(CMOCKA) -o $@
 
 $(B)/libslew.a: $(LIBRARY:%.c=$(B)/%.o)
-$(B)/libprogram.a: $(PROGRAM:%.c=$(B)/%.o) $(B)/own.o $(B)/page.o
+$(B)/libprogram.a: $(PROGRAM:%.c=$(B)/%.o) $(B)/own.o $(B)/page.o \
+    $(B)/example.o
 $(B)/libtests.a: $(TEST_LIB:%.c=$(B)/%.o)
 $(B)/lib%.a:
 	$(Q)rm -f $@; mkdir -p $(@D); $(AR) qcs $@ $^

@@ -13,5 +13,6 @@ struct embedded_file {
 
 extern const struct embedded_file embedded_own[];  /* of hal/maps, hal/quirks */
 extern const struct embedded_file embedded_page[]; /* of the page, gzip */
+extern const struct embedded_file embedded_example[]; /* rig.yaml, move.yaml */
 
 #endif

@@ -10,8 +10,7 @@ PAGE_VENDOR := firmware/studio/web/vendor
 $(PAGE_NPM)/done: $(PAGE_LOCK)
 	@mkdir -p $(@D)
 	@cp $(PAGE_LOCK) $(@D)
-	@command -v npm >/dev/null || { echo "npm is missing: install Node.js 20" \
-	    "with npm" >&2; exit 1; }
+	@command -v npm >/dev/null || .ci/deps npm
 	@cd $(@D) && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error
 	@touch $@
 

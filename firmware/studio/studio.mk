@@ -43,7 +43,14 @@ $(STUDIO)/page.c: firmware/studio/embed.sh $(STUDIO_PAGE) $(STUDIO_BUILT) \
 	    /planner.mjs=firmware/studio/wasm/planner.mjs \
 	    $(STUDIO_BUILT:%=/planner.wasm=%) >$@.partial
 	$(Q)mv $@.partial $@
-$(B)/own.o $(B)/page.o: $(B)/%.o: $(STUDIO)/%.c
+# What slew studio opens where no rig is named.
+$(STUDIO)/example.c: firmware/studio/embed.sh examples/dolly/rig.yaml \
+    examples/dolly/move.yaml
+	@mkdir -p $(@D)
+	$(Q)$< embedded_example cat rig.yaml=examples/dolly/rig.yaml \
+	    move.yaml=examples/dolly/move.yaml >$@.partial
+	$(Q)mv $@.partial $@
+$(B)/own.o $(B)/page.o $(B)/example.o: $(B)/%.o: $(STUDIO)/%.c
 	$(Q)mkdir -p $(@D); $(CC) $(ALL_CFLAGS) -fPIC -c $< -o $@
 
 build/wasm/library/%.o: $(STUDIO)/source/libyaml/src/%.c
@@ -75,6 +82,7 @@ test-studio: studio
 	@node tests/firmware/studio/same.mjs $(STUDIO)/planner.wasm $(SLEW) \
 	    $(patsubst %/move.yaml,%,$(wildcard examples/*/move.yaml)) \
 	    $(STUDIO)/moves/*
-	@SLEW=$(SLEW) node --test tests/firmware/studio/server.test.mjs
+	@SLEW=$(SLEW) node --test tests/firmware/studio/server.test.mjs \
+	    tests/firmware/studio/danger.test.mjs
 	@$(MAKE) --no-print-directory -j1 vendor-check page-format-check \
 	    test-page test-browser

@@ -98,6 +98,9 @@ static void control_event(struct service_control *control,
                             controller_state_text(event->state));
     if (event->kind == SERVICE_EVENT_LOST)
         cJSON_AddNumberToObject(object, "count", (double)event->count);
+    if (event->kind == SERVICE_EVENT_FAULT)
+        cJSON_AddStringToObject(object, "code",
+                                service_fault_code(event->fault));
     if (event->kind == SERVICE_EVENT_HOMING)
         cJSON_AddBoolToObject(object, "done", event->text[0] == '\0');
     if (event->text[0] != '\0')

@@ -76,6 +76,8 @@ void service_tell_all(struct service_control *control, const cJSON *object);
 void service_release(struct service_control *control, const char *why);
 
 /* report.c: the state of the machine, into an object. */
+/* Its name without CONTROLLER_FAULT_, for programs. */
+const char *service_fault_code(enum controller_fault fault);
 void service_report_state(const struct service_control *control, cJSON *object);
 /* The rest of what drives, buses and lines say, into the same. */
 void service_report_machine(const struct service_control *control,

@@ -67,6 +67,7 @@ static void loop_say(struct service_loop *loop, enum service_event_kind kind)
         .kind = kind,
         .now_ns = loop->now_ns,
         .state = loop->machine->controller.state,
+        .fault = loop->machine->controller.fault.fault,
         .count = loop->machine->controller.ticks_lost,
     };
     if (kind == SERVICE_EVENT_FAULT)
@@ -378,6 +379,8 @@ static int loop_create(struct service_loop *loop, bool first)
     }
     if (err == 0)
         err = pthread_create(&loop->thread, &attributes, loop_main, loop);
+    if (err == 0)
+        (void)pthread_setname_np(loop->thread, "slew-tick");
     (void)pthread_attr_destroy(&attributes);
     return err;
 }

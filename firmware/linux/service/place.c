@@ -68,7 +68,8 @@ static bool place_is_trusted(const char *directory)
            (status.st_uid == getuid() || strncmp(directory, "/tmp/", 5) != 0);
 }
 
-int service_place_new(const char *rig_path, char path[SERVICE_PATH_MAX])
+int service_place_new(const char *rig_path, const char *command,
+                      char path[SERVICE_PATH_MAX])
 {
     char directory[SERVICE_PATH_MAX];
     for (unsigned i = 0; i < PLACE_COUNT; i++) {
@@ -80,8 +81,9 @@ int service_place_new(const char *rig_path, char path[SERVICE_PATH_MAX])
             place_under(directory, rig_path, path))
             return 0;
     }
-    error_say("slew service: no directory for the socket, expected one that "
-              "can be written in SLEW_RUN_DIR");
+    error_say("slew %s: no directory for the socket, expected one that can be "
+              "written in SLEW_RUN_DIR",
+              command);
     return -1;
 }
 

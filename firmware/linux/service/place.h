@@ -15,8 +15,9 @@
 #define SERVICE_PATH_MAX 108 /* as sun_path */
 
 /* Where a new service of the rig listens; its directory is made.  0, or -1 with
- * a line on stderr. */
-int service_place_new(const char *rig_path, char path[SERVICE_PATH_MAX]);
+ * a line on stderr that begins with "slew COMMAND". */
+int service_place_new(const char *rig_path, const char *command,
+                      char path[SERVICE_PATH_MAX]);
 
 /* A connection to a service, which waits for each line, at most
  * SERVICE_ANSWER_MS. */

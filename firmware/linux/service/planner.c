@@ -13,7 +13,6 @@
 #include "motion/curve/ease.h"
 
 #define PLANNER_MOVE "move.yaml" /* the name of what a client has sent */
-#define PLANNER_SLOW 4           /* the approach's share of the limits: 1/4 */
 
 /* --- a move and a rig that are texts, beside the files of this machine --- */
 
@@ -174,23 +173,11 @@ void service_move_free(struct service_move *move)
 static int approach_axis(struct service_move *move, unsigned i, int64_t pos_q32)
 {
     const unsigned axis = move->job.rig_axis[i];
-    const struct plan_limit *limit = &move->job.rig.axis[axis].limit;
-    const struct motion_ease_limit slow = {
-        .vel_q32 = limit->vel_q32 / PLANNER_SLOW,
-        .acc_q32 = limit->acc_q32 / PLANNER_SLOW,
-        .jerk_q32 = limit->jerk_q32 / PLANNER_SLOW,
-    };
     struct motion_track *track = &move->track[axis];
-    struct motion_sample first;
-    struct motion_cursor cursor = { 0 };
-    motion_track_sample(&move->job.track[i], &cursor, 0, &first);
-    motion_track_init(track, move->storage[axis], SERVICE_APPROACH_SEGMENTS,
-                      pos_q32);
-    if (first.pos_q32 == pos_q32)
-        return 0;
-    const int err = motion_ease_append_limited(track, first.pos_q32, &slow);
-    if (err < 0)
-        return err;
+    motion_track_init(track, move->storage[axis], JOB_WAY_SEGMENTS, pos_q32);
+    const int any = job_way(&move->job, i, 0, track);
+    if (any <= 0)
+        return any;
     move->approach.track[axis] = track;
     if (move->job.goal[i] != NULL &&
         controller_goals_of(track, &move->goal[axis], 1) > 0) {

@@ -8,11 +8,10 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-#include "firmware/host/job/job.h"
+#include "firmware/host/job/job_way.h"
 #include "firmware/linux/service/loop.h"
 
-#define SERVICE_APPROACH_SEGMENTS 8
-#define SERVICE_PLAN_TEXT_MAX     2048
+#define SERVICE_PLAN_TEXT_MAX 2048
 
 /* A move that was planned and judged, and the way to its first keys. */
 struct service_move {
@@ -21,8 +20,7 @@ struct service_move {
     enum status status;               /* OK: it may be played */
     char text[SERVICE_PLAN_TEXT_MAX]; /* why not, a line each */
     struct service_motion approach;
-    struct motion_segment storage[CONTROLLER_AXES_MAX]
-                                 [SERVICE_APPROACH_SEGMENTS];
+    struct motion_segment storage[CONTROLLER_AXES_MAX][JOB_WAY_SEGMENTS];
     struct motion_track track[CONTROLLER_AXES_MAX];
     struct controller_goal goal[CONTROLLER_AXES_MAX];
 };

@@ -34,6 +34,16 @@ static void report_path(const struct service_control *control, cJSON *object)
     cJSON_AddBoolToObject(object, "reversed", state->reversed);
 }
 
+const char *service_fault_code(enum controller_fault fault)
+{
+    static const char *const name[] = {
+#define REPORT_FAULT(name, reaction, text) &#name[sizeof "CONTROLLER_FAULT"],
+        CONTROLLER_FAULT_LIST(REPORT_FAULT)
+#undef REPORT_FAULT
+    };
+    return name[fault];
+}
+
 void service_report_state(const struct service_control *control, cJSON *object)
 {
     const struct service_state *state = control->state;
@@ -44,8 +54,11 @@ void service_report_state(const struct service_control *control, cJSON *object)
     cJSON_AddBoolToObject(object, "homing", state->homing);
     cJSON_AddBoolToObject(object, "jogging", state->jogging);
     cJSON_AddBoolToObject(object, "torque_off", state->off);
-    if (state->fault_text[0] != '\0')
+    if (state->fault_text[0] != '\0') {
         cJSON_AddStringToObject(object, "fault", state->fault_text);
+        cJSON_AddStringToObject(object, "fault_code",
+                                service_fault_code(state->fault.fault));
+    }
     report_path(control, object);
     cJSON *axes = cJSON_AddArrayToObject(object, "axes");
     for (unsigned i = 0; i < control->rig->axis_count; i++)

@@ -62,7 +62,7 @@ static enum status service_read(struct service *self)
     if (config->interface == NULL ||
         rig_set_interfaces(&self->rig, config->interface, message) == 0)
         return STATUS_OK;
-    error_say("slew service: --interface: %s", message);
+    error_say("slew %s: --interface: %s", config->command, message);
     return STATUS_INPUT;
 }
 
@@ -70,7 +70,8 @@ static enum status service_socket(struct service *self)
 {
     const struct service_config *config = self->config;
     if (config->socket == NULL) {
-        if (service_place_new(config->rig_path, self->path) < 0)
+        if (service_place_new(config->rig_path, config->command, self->path) <
+            0)
             return STATUS_SYSTEM;
     } else if (snprintf(self->path, sizeof self->path, "%s", config->socket) >=
                (int)sizeof self->path) {
@@ -116,7 +117,8 @@ static enum status service_planner(struct service *self)
         service_planner_start(&control->planner, self->config->rig_path,
                               self->rig_text, self->rig_length);
     if (err != 0) {
-        error_say("slew service: no thread to plan in: %s", strerror(err));
+        error_say("slew %s: no thread to plan in: %s", self->config->command,
+                  strerror(err));
         return STATUS_SYSTEM;
     }
     self->plans = true;
@@ -139,7 +141,8 @@ static enum status service_begin(struct service *self)
     service_lock(self);
     const int err = service_loop_start(&self->loop);
     if (err != 0) {
-        error_say("slew service: no thread for the tick: %s", strerror(err));
+        error_say("slew %s: no thread for the tick: %s", self->config->command,
+                  strerror(err));
         return STATUS_SYSTEM;
     }
     if (self->loop.refused != 0)

@@ -20,6 +20,7 @@ struct service_beside {
 };
 
 struct service_config {
+    const char *command;   /* for messages: "studio" of slew studio */
     const char *rig_path;  /* a file */
     const char *socket;    /* NULL: by the rig, place.h */
     const char *interface; /* others than the rig's; NULL: those */

@@ -49,6 +49,7 @@ struct service_event {
     enum service_event_kind kind;
     int64_t now_ns;
     enum controller_state state;
+    enum controller_fault fault;
     uint64_t count;
     char text[SERVICE_FAULT_MAX];
 };

@@ -14,6 +14,10 @@
 #define STUDIO_LINE_MAX    262144 /* of the service, with its LF */
 #define STUDIO_DOWN_MAX    131072 /* of lines on their way to a browser */
 #define STUDIO_FRAMES_MAX  200    /* text frames a second, up */
+/* The thread stood still for so long that a page has ended its jog by itself; what
+ * had come meanwhile is worked off in less than the second one. */
+#define STUDIO_STALL_NS INT64_C(500000000)
+#define STUDIO_STALE_NS INT64_C(250000000)
 
 /* One HTTP request; zeroed by libwebsockets. */
 struct studio_request {
@@ -53,6 +57,8 @@ struct studio_server {
     pthread_t thread;
     _Atomic bool end;
     lws_sorted_usec_list_t timer;
+    int64_t looked_ns;  /* when studio_socket_look ran */
+    int64_t stalled_ns; /* when the thread was last found to have stood still */
     struct service_frame frame;
     struct studio_connection connection[STUDIO_CONNECTIONS];
 };

@@ -108,13 +108,15 @@ struct studio_server *studio_server_start(const struct studio_config *config,
     server->rig = rig;
     server->socket = socket;
     server->frames = frames;
+    server->looked_ns = studio_now_ns();
     if (!server_listen(server)) {
-        error_say("slew studio: cannot listen at %s port %u, expected an "
-                  "address of this machine and a port that nobody has",
+        error_say("the page: cannot listen at %s port %u, expected an address "
+                  "of this machine and a port that nobody has",
                   server->address, config->port);
     } else if (pthread_create(&server->thread, NULL, server_run, server) != 0) {
-        error_say("slew studio: no thread for the server");
+        error_say("the page: no thread for its server");
     } else {
+        (void)pthread_setname_np(server->thread, "slew-page");
         return server;
     }
     if (server->context != NULL)

@@ -4,6 +4,7 @@
  * Nothing waits for a browser: of one that does not read, lines stay with the
  * service, which leaves streams out, and frames are joined. */
 #define _GNU_SOURCE
+#include <cjson/cJSON.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -156,6 +157,51 @@ static bool socket_is_flood(struct studio_connection *self)
     return ++self->frames_in_second > STUDIO_FRAMES_MAX;
 }
 
+/* --- what has come too late -------------------------------------------------- */
+
+/* May what was read be from before the thread stood still? */
+static bool socket_is_late(struct studio_server *server)
+{
+    const int64_t now_ns = studio_now_ns();
+
+    if (now_ns - server->looked_ns > STUDIO_STALL_NS)
+        server->stalled_ns = now_ns;
+    return server->stalled_ns != 0 &&
+           now_ns - server->stalled_ns < STUDIO_STALE_NS;
+}
+
+/* A jog that waited here is of a button that is held no longer: it is answered and
+ * not passed on.  Of other commands nobody says how soon they must be done. */
+static bool socket_refuses(struct studio_connection *self)
+{
+    char text[160];
+    cJSON *line = cJSON_ParseWithLength(self->up, self->up_length);
+    const char *command =
+        cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(line, "command"));
+    const bool is_jog = command != NULL && strcmp(command, "jog") == 0;
+    const cJSON *id = cJSON_GetObjectItemCaseSensitive(line, "id");
+    cJSON *answer = cJSON_CreateObject();
+
+    if (id != NULL)
+        cJSON_AddItemToObject(answer, "id", cJSON_Duplicate(id, false));
+    cJSON_AddBoolToObject(answer, "ok", false);
+    cJSON_AddStringToObject(answer, "error", "LATE");
+    cJSON_AddStringToObject(answer, "text", "the jog has come too late");
+    if (is_jog && cJSON_PrintPreallocated(answer, text, sizeof text, false)) {
+        const size_t length = strlen(text);
+        if (self->down_length + length + 1 <= sizeof self->down) {
+            /* Before the rest, which may end within a line. */
+            memmove(self->down + length + 1, self->down, self->down_length);
+            memcpy(self->down, text, length);
+            self->down[length] = '\n';
+            self->down_length += length + 1;
+        }
+    }
+    cJSON_Delete(answer);
+    cJSON_Delete(line);
+    return is_jog;
+}
+
 /* A line feed in JSON is white space; here it would end the line. */
 static int socket_take(struct studio_connection *self, const char *in,
                        size_t length)
@@ -174,6 +220,11 @@ static int socket_take(struct studio_connection *self, const char *in,
     if (socket_is_flood(self))
         return socket_close(self, LWS_CLOSE_STATUS_POLICY_VIOLATION,
                             "at most 200 frames a second are expected");
+    if (socket_is_late(self->server) && socket_refuses(self)) {
+        self->up_length = 0;
+        lws_callback_on_writable(self->wsi);
+        return 0;
+    }
     self->up[self->up_length++] = '\n';
     self->up_whole = true;
     (void)lws_rx_flow_control(self->wsi, 0);
@@ -289,6 +340,8 @@ static void socket_look(struct studio_connection *self,
 
 void studio_socket_look(struct studio_server *server, int64_t now_ns)
 {
+    (void)socket_is_late(server);
+    server->looked_ns = now_ns;
     server->frame.ticks = 0;
     (void)service_frames_take(server->frames, &server->frame,
                               server->rig->axis_count);

@@ -318,11 +318,26 @@ static void numbers_vector(double out[3], const struct plan_jet_vec *v,
         out[k] = v->x[k].p * by;
 }
 
-static double numbers_lens(const struct studio_plan *plan,
+static double numbers_lens(const struct motion_track *track,
                            const struct plan_rig_axis *axis, int64_t t)
 {
-    return axis->is_given ? plan_rig_track(&plan->job.track[axis->axis], t, 1).p
-                          : NAN;
+    return axis->is_given ? plan_rig_track(&track[axis->axis], t, 1).p : NAN;
+}
+
+void studio_pose(const struct plan_rig *rig, const struct motion_track *track,
+                 int64_t t_ns_q12, double out[STUDIO_POSE])
+{
+    struct plan_rig_camera camera;
+
+    plan_rig_camera_at(rig, track, t_ns_q12, &camera);
+    numbers_vector(&out[0], &camera.pupil, 1e-3);
+    numbers_vector(&out[3], &camera.frame.forward, 1);
+    numbers_vector(&out[6], &camera.frame.left, 1);
+    numbers_vector(&out[9], &camera.frame.up, 1);
+    out[12] = numbers_lens(track, &rig->lens[PLAN_LENS_ZOOM], t_ns_q12);
+    out[13] = numbers_lens(track, &rig->lens[PLAN_LENS_FOCUS], t_ns_q12) / 1000;
+    out[14] = 0;
+    out[15] = NAN;
 }
 
 static double numbers_distance(const double a[3], const struct plan_jet_vec *b)
@@ -344,15 +359,8 @@ STUDIO_EXPORT bool studio_plan_poses(const struct studio_plan *plan,
         return false;
     for (uint32_t i = 0; i < count; i++, out += STUDIO_POSE) {
         const int64_t t = numbers_moment(from_s, to_s, i, count);
-        struct plan_rig_camera camera;
         struct plan_jet_vec subject;
-        plan_rig_camera_at(&rig, plan->job.track, t, &camera);
-        numbers_vector(&out[0], &camera.pupil, 1e-3);
-        numbers_vector(&out[3], &camera.frame.forward, 1);
-        numbers_vector(&out[6], &camera.frame.left, 1);
-        numbers_vector(&out[9], &camera.frame.up, 1);
-        out[12] = numbers_lens(plan, &rig.lens[PLAN_LENS_ZOOM], t);
-        out[13] = numbers_lens(plan, &rig.lens[PLAN_LENS_FOCUS], t) / 1000;
+        studio_pose(&rig, plan->job.track, t, out);
         out[14] = job_camera_subject(&plan->job, t, &subject);
         out[15] = out[14] > 0 ? numbers_distance(out, &subject) : NAN;
     }

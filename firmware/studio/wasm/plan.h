@@ -10,6 +10,7 @@
 
 #include "firmware/host/job/job.h"
 #include "firmware/studio/wasm/store.h"
+#include "motion/plan/rig/plan_rig.h"
 
 /* Also reachable from outside of the module. */
 #ifdef __wasm__
@@ -61,6 +62,18 @@ bool studio_plan_poses(const struct studio_plan *plan, double from_s,
 /* STUDIO_SUBJECT per time; false where there is none. */
 bool studio_plan_subject(const struct studio_plan *plan, double from_s,
                          double to_s, uint32_t count, double *out);
+
+/* Of a rig on tracks of its axes; without a subject. */
+void studio_pose(const struct plan_rig *rig, const struct motion_track *track,
+                 int64_t t_ns_q12, double out[STUDIO_POSE]);
+
+/* --- way.c --- */
+
+/* From where every axis of the move stands, in its unit, to where it is at a time:
+ * seconds of each axis, then `count` poses on the way, the first number NaN where
+ * the rig has no kinematics. */
+bool studio_plan_way(const struct studio_plan *plan, const double *from,
+                     double to_s, uint32_t count, double *out);
 
 /* --- edit.c --- */
 

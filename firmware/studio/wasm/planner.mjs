@@ -10,11 +10,13 @@ const POSE = 16;
 const COLUMN = 8;
 const SUBJECT = 3;
 
-async function bytesOf(source) {
-  if (typeof source !== "string" && !(source instanceof URL)) return source;
+// Of an address it is compiled while it comes in.
+async function instanceOf(source, imports) {
+  if (typeof source !== "string" && !(source instanceof URL))
+    return (await WebAssembly.instantiate(source, imports)).instance;
   const answer = await fetch(source);
   if (!answer.ok) throw new Error(`${source}: ${answer.status}`);
-  return answer.arrayBuffer();
+  return (await WebAssembly.instantiateStreaming(answer, imports)).instance;
 }
 
 // What the C library would ask a system for; nothing of slew does.
@@ -129,6 +131,23 @@ class Plan {
     );
   }
 
+  // As the service goes there, from where each axis stands: { seconds: of each axis,
+  // poses: null without kinematics }; null where that cannot be planned.
+  way(from, t, count) {
+    const { axes } = this.report;
+    const at = this.#planner.bytesIn(new Uint8Array(Float64Array.from(from).buffer));
+    const numbers = this.#numbers(axes.length + POSE * count, Float64Array, (out) =>
+      this.#planner.wasm.studio_plan_way(this.handle, at, t, count, out),
+    );
+    this.#planner.wasm.release(at);
+    if (numbers === null) return null;
+    const poses = numbers.slice(axes.length);
+    return {
+      seconds: numbers.slice(0, axes.length),
+      poses: Number.isNaN(poses[0]) ? null : poses,
+    };
+  }
+
   // The rig at a time, in lines of points: [{ isRail, points: [x, y, z, ...] }].
   body(t) {
     const most = 512;
@@ -202,10 +221,8 @@ export class Planner {
 
   // From an address, or from the bytes of the module.
   static async load(source = "/planner.wasm") {
-    const { instance } = await WebAssembly.instantiate(await bytesOf(source), {
-      wasi_snapshot_preview1: system,
-    });
-    return new Planner(instance.exports);
+    const { exports } = await instanceOf(source, { wasi_snapshot_preview1: system });
+    return new Planner(exports);
   }
 
   constructor(exports) {

@@ -75,7 +75,8 @@ function Conflict({ session, onClose }) {
 }
 
 function App({ session, machine, isFirst }) {
-  const [tab, setTab] = useState("Keys");
+  const tab = session.tab.value;
+  const setTab = (name) => (session.tab.value = name);
   const [shown, setShown] = useState(isFirst ? "tour" : null);
   const save = async () => {
     if (!(await session.save()) && session.notice.value.text.includes("changed on disk"))

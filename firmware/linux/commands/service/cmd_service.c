@@ -6,11 +6,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/table.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/service/install.h"
+#include "firmware/linux/commands/service/page.h"
 #include "firmware/linux/service/place.h"
 #include "firmware/linux/service/service.h"
 
@@ -41,10 +43,39 @@ static enum status cmd_service_which(const char *verb)
 
 /* --- run --- */
 
+/* The studio's page, where --port says so. */
+static enum status cmd_service_with_page(const struct service_config *alone,
+                                         const struct options *options)
+{
+    struct page *page = memory_new(1, sizeof *page);
+    const struct service_beside beside = page_beside(page);
+    struct service_config config = *alone;
+    enum status status = STATUS_INPUT;
+    config.beside = &beside;
+    if (page_place(page, "service run", options) == 0 &&
+        page_files(page, "service run", options->path[1],
+                   options->path_count > 2 ? options->path[2] : NULL) == 0) {
+        page->opens = false;
+        status = service_run(&config);
+    }
+    memory_free(page);
+    return status;
+}
+
+static enum status cmd_service_page_alone(const struct options *options)
+{
+    error_say("slew service run: %s is for the page, expected --port too",
+              options->path_count > 2       ? options->path[2]
+              : options->token_file != NULL ? "--token-file"
+                                            : "--address");
+    return STATUS_INPUT;
+}
+
 static enum status cmd_service_serve(const struct options *options)
 {
     char path[4096];
     const struct service_config config = {
+        .command = "service run",
         .rig_path = cmd_service_rig(options, path),
         .socket = options->socket,
         .interface = options->interface,
@@ -66,8 +97,14 @@ static enum status cmd_service_serve(const struct options *options)
                   CMD_SERVICE_CPUS);
         return STATUS_INPUT;
     }
-    return command_may_move(options, "service run") ? service_run(&config)
-                                                    : STATUS_INPUT;
+    if (options->port < 0 &&
+        (options->path_count > 2 || options->token_file != NULL ||
+         options->address != NULL))
+        return cmd_service_page_alone(options);
+    if (!command_may_move(options, "service run"))
+        return STATUS_INPUT;
+    return options->port < 0 ? service_run(&config)
+                             : cmd_service_with_page(&config, options);
 }
 
 /* --- status --- */
@@ -282,11 +319,22 @@ static const struct {
     { "remove", cmd_service_remove },
 };
 
+/* Only run takes a move. */
+static enum status cmd_service_more(const struct options *options)
+{
+    error_say("slew service: one argument too many: %s; see slew service "
+              "--help",
+              options->path[2]);
+    return STATUS_INPUT;
+}
+
 static enum status cmd_service_run(const struct options *options)
 {
     for (size_t i = 0; i < ARRAY_LEN(cmd_service_verb); i++)
         if (strcmp(options->path[0], cmd_service_verb[i].name) == 0)
-            return cmd_service_verb[i].run(options);
+            return options->path_count > 2 && i > 0
+                       ? cmd_service_more(options)
+                       : cmd_service_verb[i].run(options);
     error_say("slew service: no \"%s\", expected run, status, send, install "
               "or remove",
               options->path[0]);
@@ -308,12 +356,15 @@ static const struct option_row cmd_service_option[] = {
       "run: those of the socket's group may connect, too" },
     { "socket", "PATH", OPTION_TEXT, offsetof(struct options, socket),
       "another socket than the rig's" },
+    { "port", "N", OPTION_COUNT, offsetof(struct options, port),
+      "run, install: serve the page of slew studio too, at this port" },
+    PAGE_OPTIONS("run: "),
     OPTIONS_COMMON,
 };
 
 const struct command cmd_service = {
     .name = "service",
-    .arguments = "run | status | send | install | remove  RIG",
+    .arguments = "run | status | send | install | remove  RIG [MOVE]",
     .summary = "a rig under control of other programs, over a socket",
     .text =
         "run     load the rig and serve it until SIGTERM or Ctrl-C: then the\n"
@@ -333,15 +384,19 @@ const struct command cmd_service = {
         "install a unit of systemd for the rig, with a user of its own, is\n"
         "        written, enabled and started; remove takes it away again.\n"
         "        Both print every step; --dry-run does no more than that.\n\n"
+        "With --port browsers are clients, too: the page of slew studio, which "
+        "edits\n"
+        "MOVE, or move.yaml where RIG is a directory.\n\n"
         "One client at a time has control, by a lease that it renews; others\n"
         "watch, and anybody may stop.  A jog ends when its client is gone.\n",
     .examples =
         "  slew service run --sim examples/dolly\n"
         "  slewd --real --yes --cpu 1 rig.yaml\n"
+        "  slewd --sim --port 8787 rig.yaml move.yaml\n"
         "  slew service status --json rig.yaml\n"
         "  slew service install --real --cpu 1 --dry-run rig.yaml\n"
         "  echo '{\"command\": \"stop\"}' | slew service send rig.yaml\n",
-    .path_max = 2,
+    .path_max = 3,
     COMMAND_OPTIONS(cmd_service_option),
     .run = cmd_service_run,
 };

@@ -36,7 +36,7 @@ static const char install_unit[] =
     "\n"
     "[Service]\n"
     "Type=notify\n"
-    "ExecStart=\"%s\" service run %s --group%s \"%s\"\n"
+    "ExecStart=\"%s\" service run %s --group%s%s \"%s\"\n"
     "Restart=no\n"
     "WatchdogSec=2\n"
     "TimeoutStopSec=45\n"
@@ -127,16 +127,18 @@ static enum status install_names(struct install *self, const char *rig)
 static enum status install_text(struct install *self)
 {
     const struct options *options = self->options;
-    char cpu[32] = "";
+    char cpu[32] = "", port[32] = "";
     struct rig rig = { .title = "" };
     const enum status status = planning_rig(self->rig, &rig);
     if (options->cpu >= 0)
         snprintf(cpu, sizeof cpu, " --cpu %d", (int)options->cpu);
+    if (options->port >= 0)
+        snprintf(port, sizeof port, " --port %d", (int)options->port);
     for (char *at = rig.title; *at != '\0'; at++)
         if (iscntrl((unsigned char)*at) || *at == '%')
             *at = ' ';
     snprintf(self->text, sizeof self->text, install_unit, rig.title,
-             self->program, options->real ? "--real --yes" : "--sim", cpu,
+             self->program, options->real ? "--real --yes" : "--sim", cpu, port,
              self->rig);
     rig_free(&rig);
     return status;

@@ -1,38 +1,30 @@
-// What to do about a fault, by what its text says (docs/FAULTS.md).
-const rows = [
-  [/e-?stop/i, "Release the emergency stop, then Reset."],
-  [
-    /following error/i,
+// What to do about a fault, by its code (CONTROLLER_FAULT_LIST in
+// firmware/control/controller.h; docs/FAULTS.md).
+export const advices = {
+  DRIVE: "Look the code up in the drive's manual, take the cause away, then Reset.",
+  OFFLINE: "See to the drive's power and cable, then Reset; home it if it was without power.",
+  STATE:
+    "Somebody or something took the drive out of operation: see to its enable input, then Reset.",
+  STALE: "See to the drive's cable and the load of its bus, then Reset.",
+  FOLLOWING:
     "See that the axis moves freely and the load is right; slow the move down, then Reset.",
-  ],
-  [/limit switch/i, "Jog the axis away from its limit switch after Reset and Enable."],
-  [
-    /outside|limits?\b.*set point|set point/i,
-    "Load the move again; report it if it comes back: planning should have refused it.",
-  ],
-  [
-    /heartbeat|gone|lost|rebooted|boot/i,
-    "See to the drive's power and cable, then Reset; home it if it was without power.",
-  ],
-  [
-    /bus.?off|passive|interface|no frames|frames/i,
-    "See to the cable, its terminators and the bit rate, then Reset.",
-  ],
-  [/another master/i, "Another program sends on this bus: end it, then Reset."],
-  [
-    /ticks/i,
+  GATE: "Load the move again; report it if it comes back: planning should have refused it.",
+  ESTOP: "Release the emergency stop, then Reset.",
+  ESTOP_CHANNELS:
+    "Press the emergency stop and release it; see to its wiring if it comes back. Then Reset.",
+  LIMIT_SWITCH: "Jog the axis away from its limit switch after Reset and Enable.",
+  ENABLE: "See to the drive's power stage and its enable input, then Reset.",
+  OVERRUN:
     "This computer was too busy: end other programs, or run slew with real-time priority, then Reset.",
-  ],
-  [
-    /torque.*not|not confirmed/i,
-    "The drive has not said that it is without torque: take its power off.",
-  ],
-  [/enable/i, "See to the drive's power stage and its enable input, then Reset."],
-  [/homing/i, "See to the home switch and the direction, then home again."],
-  [/drive/i, "Look the code up in the drive's manual, take the cause away, then Reset."],
-];
+  MASTER: "Another program sends on this bus: end it, then Reset.",
+  BUS_FULL: "See to the cable and the bit rate, and that a node answers, then Reset.",
+  BUS_PASSIVE: "See to the cable, its terminators and the bit rate, then Reset.",
+  BUS: "See to the cable, its terminators and the bit rate, then Reset.",
+  REST: "See that the axes can brake as hard as their limits say, then Reset.",
+  TRACK: "The file of the move was read too slowly: put it on a local disk, then Reset.",
+  ARRIVAL: "See that the axis moves freely and its profile is possible, then Reset.",
+};
 
-export function adviceFor(text) {
-  const row = rows.find(([pattern]) => pattern.test(text));
-  return row ? row[1] : "Take the cause away, then Reset and Enable.";
+export function adviceFor(code) {
+  return advices[code] ?? "Take the cause away, then Reset and Enable.";
 }

@@ -6,7 +6,8 @@
 import { readFrame } from "./frame.js";
 
 const answerMs = 5000; // planning takes longer: asked with a time of its own
-const silentMs = 500; // without a frame for so long, what is shown is old
+const lookMs = 125;
+const silentLooks = 4; // without a frame for so many, what is shown is old
 const retryMs = [250, 500, 1000, 2000, 4000];
 
 export class Link {
@@ -17,6 +18,7 @@ export class Link {
   #tries = 0;
   #retry = null;
   #watch = null;
+  #looks = 0; // since the last word
   #WebSocket;
 
   // on: { frame(frame), event(object), state("open" | "silent" | "closed") }
@@ -75,9 +77,16 @@ export class Link {
   }
 
   #heard() {
-    clearTimeout(this.#watch);
-    this.#watch = setTimeout(() => this.#say("silent"), silentMs);
+    this.#looks = 0;
+    this.#watch ??= setTimeout(() => this.#look(), lookMs);
     this.#say("open");
+  }
+
+  // Now and then, which costs less than a timer that is set again at every word.
+  #look() {
+    const isSilent = ++this.#looks === silentLooks;
+    this.#watch = isSilent ? null : setTimeout(() => this.#look(), lookMs);
+    if (isSilent) this.#say("silent");
   }
 
   #frame(data) {
@@ -113,6 +122,7 @@ export class Link {
     if (this.#socket !== socket) return;
     this.#socket = null;
     clearTimeout(this.#watch);
+    this.#watch = null;
     this.#fail("the connection to slew broke");
     this.#say("closed");
     const wait = retryMs[Math.min(this.#tries++, retryMs.length - 1)];

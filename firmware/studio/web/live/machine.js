@@ -37,6 +37,7 @@ export class Machine {
     this.frame = signal(null);
     this.status = signal(null);
     this.fault = signal("");
+    this.faultCode = signal("");
     this.loads = signal([]); // of buses, 0 to 1
     this.isHolder = signal(false);
     this.isHeld = signal(false); // by whomever
@@ -47,7 +48,12 @@ export class Machine {
     this.pingPong = signal(false);
     this.heardAt = signal(0);
     this.isFresh = computed(() => this.linkState.value === "open" && this.frame.value !== null);
-    this.state = computed(() => (this.frame.value === null ? "unknown" : this.frame.value.state));
+    // What most panels need of a frame, so that they do not follow every one.
+    this.state = computed(() => this.frame.value?.state ?? "unknown");
+    this.isJogging = computed(() => this.frame.value?.jogging ?? false);
+    this.isHoming = computed(() => this.frame.value?.homing ?? false);
+    this.isReal = computed(() => this.frame.value?.real ?? this.hello.value?.real);
+    this.percent = computed(() => Math.round(100 * (this.frame.value?.override ?? 1)));
     this.machineAt = computed(() => {
       const frame = this.frame.value;
       return this.isFresh.value && frame !== null && isPlaying(frame) ? frame.path : null;
@@ -162,7 +168,11 @@ export class Machine {
 
   #event(event) {
     if (event.event === "hello") this.hello.value = event;
-    if (event.event === "fault") this.fault.value = event.text;
+    if (event.event === "fault")
+      batch(() => {
+        this.fault.value = event.text;
+        this.faultCode.value = event.code;
+      });
     if (event.event === "control") {
       this.isHeld.value = event.held;
       if (!event.held && this.isHolder.value) {
@@ -184,30 +194,19 @@ export class Machine {
       this.isHeld.value = answer.held;
       this.isHolder.value = answer.holder;
       this.fault.value = answer.fault ?? "";
+      this.faultCode.value = answer.fault_code ?? "";
     });
   }
 }
 
-// Where the axes are and where the move begins: [{ name, unit, from, to, seconds }],
-// those that have to go, with about how long at a quarter of the limits.
-export function wayToStart(axes, frame, hello, starts) {
-  const quarter = 0.25;
-  return axes
-    .map((axis, i) => {
-      const at = hello.axes.findIndex((each) => each.name === axis.name);
-      const from = frame.axes[at]?.actual.last ?? NaN;
-      const to = starts[i];
-      const distance = Math.abs(to - from);
-      const speed = axis.limits[1][1] * quarter;
-      const acceleration = axis.limits[2][1] * quarter;
-      const ramp = (speed * speed) / acceleration;
-      const seconds =
-        distance > ramp
-          ? distance / speed + speed / acceleration
-          : 2 * Math.sqrt(distance / acceleration);
-      return { name: axis.name, unit: axis.unit, from, to, seconds, distance };
-    })
-    .filter((way) => way.distance > 1e-3);
+// Where every axis of the move stands, in its order; null where that is not known.
+export function standsOf(axes, frame, hello) {
+  const from = axes.map((axis) => {
+    const at = hello.axes.findIndex((each) => each.name === axis.name);
+    const seen = frame.axes[at];
+    return seen?.known ? seen.actual.last : NaN;
+  });
+  return from.some(Number.isNaN) ? null : from;
 }
 
 // What the buttons may do now; the service says no as well.
@@ -221,6 +220,7 @@ export function allowed(state, { isHolder, isFresh, jogging, homing }) {
     load: rests && ["off", "ready"].includes(state),
     approach: rests && state === "ready",
     start: rests && state === "ready",
+    go: rests && ["ready", "holding"].includes(state),
     hold: isHolder && isFresh && state === "moving" && !jogging && !homing,
     resume: isHolder && isFresh && state === "holding",
     jog: isHolder && isFresh && state === "ready",

@@ -9,6 +9,8 @@ import { roundFor } from "./number.js";
 export const columns = 800; // of samples across the view
 const mostCosts = 1000;
 
+const none = [];
+
 const settingsKey = "slew.studio";
 
 function settings() {
@@ -60,15 +62,19 @@ export class Session {
     this.isRippling = signal(false);
     this.inFrames = signal(kept.inFrames ?? false);
     this.compared = signal(null); // { axis, curve, samples, error }
+    this.way = signal(null); // that the machine is about to go: { poses, size, ... }
+    this.tab = signal("Keys"); // that is shown
     this.notice = signal(null); // { text, isError }
     this.place = signal(null); // { line, column } that the text goes to
     this.dragged = signal(null); // what the drag under way says of itself
     this.clipboard = null;
     this.scene = null;
-    this.costs = { plan: [], draw: [] }; // ms, of the last steps of drags and drawings
+    // ms, of the last steps of drags and drawings; own: of the planner alone
+    this.costs = { plan: [], own: [], draw: [] };
     this.undoLabel = signal("");
     this.redoLabel = signal("");
     this.isDirty = computed(() => this.text.value !== this.saved.value);
+    this.title = computed(() => this.report.value?.title ?? "");
     this.fps = computed(() => this.report.value?.fps ?? null);
     this.violations = computed(() => this.report.value?.violations ?? []);
     this.duration = computed(() => this.report.value?.end_s ?? 0);
@@ -99,14 +105,17 @@ export class Session {
   // --- opening and saving
 
   async open() {
-    const studio = await (await fetch("/api/studio")).json();
-    const rig = await (await fetch("/api/rig")).text();
-    const answer = studio.move === null ? null : await fetch("/api/move");
-    const move = answer?.ok ? await answer.text() : "";
-    this.etag = answer?.headers.get("ETag") ?? null;
+    const [studio, rig, [move, etag]] = await Promise.all([
+      fetch("/api/studio").then((answer) => answer.json()),
+      fetch("/api/rig").then((answer) => answer.text()),
+      // Not found where there is no move yet.
+      fetch("/api/move").then(async (answer) =>
+        answer.ok ? [await answer.text(), answer.headers.get("ETag")] : ["", null],
+      ),
+    ]);
+    this.etag = etag;
     this.studio.value = studio;
     const { words } = await this.#planner.ask("load", {
-      wasm: new URL("/planner.wasm", location.href).href,
       rig: { name: studio.rig, text: rig },
       move: { name: studio.move ?? "move.yaml", text: move },
     });
@@ -197,6 +206,7 @@ export class Session {
       return;
     }
     this.#keepCost("plan", performance.now() - begin);
+    this.#keepCost("own", picture.ms);
     this.#show(picture);
   }
 
@@ -254,6 +264,11 @@ export class Session {
 
   poses(from, to, count) {
     return this.#planner.askLatest("poses", { from, to, count });
+  }
+
+  // From where the axes of the move stand to where they are at a time.
+  planWay(from, t, count) {
+    return this.#planner.ask("way", { from, t, count });
   }
 
   body(t) {
@@ -367,8 +382,13 @@ export class Session {
     return this.look({ from: -0.03 * end, to: 1.03 * end });
   }
 
-  get words() {
-    return this.#words;
+  // Names of curves and of handles, as the planner spells them; the same lists always.
+  get curves() {
+    return this.#words?.curves ?? none;
+  }
+
+  get handles() {
+    return this.#words?.handles ?? none;
   }
 
   // How a drag rounds what it writes: as fine as the screen shows.

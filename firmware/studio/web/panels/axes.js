@@ -1,5 +1,6 @@
 // The axes of the move: which are seen, which is edited, by which curve.
-import { html } from "../vendor/ui.js";
+import { html, useMemo } from "../vendor/ui.js";
+import { Choice } from "./inspector.js";
 
 const drivers = {
   path: "by the path",
@@ -30,25 +31,17 @@ function AxisRow({ session, axis }) {
 }
 
 function CurveChoice({ session, axis }) {
-  const curves = session.words?.curves ?? [];
   const compared = session.compared.value;
   const isHere = compared?.axis === axis.name;
+  const others = useMemo(
+    () => session.curves.filter((curve) => curve !== axis.curve),
+    [session.curves, axis.curve],
+  );
   return html`<div class="fields">
-    <label>Curve
-      <select value=${axis.curve} onChange=${(event) =>
-        session.edit(
-          [{ op: "curve", axis: axis.name, curve: event.target.value }],
-          `Curve: ${event.target.value}`,
-        )}>
-        ${curves.map((curve) => html`<option value=${curve} selected=${curve === axis.curve}>${curve}</option>`)}
-      </select>
-    </label>
-    <label>Compare with
-      <select value=${isHere ? compared.curve : ""} onChange=${(event) => session.compare(axis.name, event.target.value)}>
-        <option value="">nothing</option>
-        ${curves.filter((curve) => curve !== axis.curve).map((curve) => html`<option value=${curve}>${curve}</option>`)}
-      </select>
-    </label>
+    <${Choice} label="Curve" value=${axis.curve} names=${session.curves} onChoose=${(curve) =>
+      session.edit([{ op: "curve", axis: axis.name, curve }], `Curve: ${curve}`)} />
+    <${Choice} label="Compare with" value=${isHere ? compared.curve : ""} names=${others} none="nothing"
+      onChoose=${(curve) => session.compare(axis.name, curve)} />
     ${
       isHere
         ? html`<p class=${compared.error ? "bad" : "quiet"}>

@@ -13,7 +13,7 @@ function Says({ axis }) {
   const words = [axis.statusword_text ?? "", ...switches].filter((text) => text !== "");
   return html`<tr>
     <td colspan="5" class=${axis.error ? "bad" : "quiet"}>
-      ${axis.error ? `${axis.error}. ${adviceFor(axis.error)} ` : ""}${words.join(", ")}
+      ${axis.error ? `${axis.error}. ${adviceFor("DRIVE")} ` : ""}${words.join(", ")}
     </td>
   </tr>`;
 }

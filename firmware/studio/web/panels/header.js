@@ -17,7 +17,7 @@ export function StopButton({ machine }) {
 
 function Connection({ machine }) {
   const state = machine.linkState.value;
-  const real = machine.frame.value?.real ?? machine.hello.value?.real;
+  const real = machine.isReal.value;
   const kind = real === undefined ? "" : real ? "REAL DRIVES" : "simulated";
   return html`<span class=${`link ${state}`} role="status">
     <span class=${real ? "kind real" : "kind"}>${kind}</span> ${linkTexts[state]}
@@ -29,7 +29,7 @@ export function Header({ session, machine, onSave, onTour, onHelp }) {
   return html`<header>
     <h1>slew studio</h1>
     <span class="file" title=${studio?.rig ?? ""}>
-      ${session.report.value?.title || studio?.move || "a new move"}${session.isDirty.value ? " •" : ""}
+      ${session.title.value || studio?.move || "a new move"}${session.isDirty.value ? " •" : ""}
     </span>
     <span class="buttons">
       <button onClick=${() => session.undo()} disabled=${!session.undoLabel.value} title=${`Undo: ${session.undoLabel.value}`}>Undo</button>

@@ -1,5 +1,5 @@
 // Exact numbers of what is selected, and what can be done to it.
-import { html, useState } from "../vendor/ui.js";
+import { html, useMemo, useState } from "../vendor/ui.js";
 import { act, chooseHandles, scaleAboutPlayhead } from "../curve/actions.js";
 import { shortNumber } from "../model/number.js";
 
@@ -34,35 +34,40 @@ function Field({ label, unit, value, placeholder, onSet }) {
   </label>`;
 }
 
+// A select of names; those are looked through again only where they changed.
+export function Choice({ label, value, names, none, onChoose }) {
+  const options = useMemo(
+    () =>
+      names.map((name) => html`<option value=${name} selected=${name === value}>${name}</option>`),
+    [names, value],
+  );
+  return html`<label>${label}
+    <select value=${value} onChange=${(event) => onChoose(event.target.value)}>
+      ${none === undefined ? null : html`<option value="">${none}</option>`}
+      ${options}
+    </select>
+  </label>`;
+}
+
 function OneKey({ session, picked }) {
   const { axis: name, key, at } = picked;
   const axis = session.axes.value.find((each) => each.name === name);
   const set = (member, label) => (value) =>
     session.edit([{ op: "key", axis: name, key, [member]: value }], `Set ${label}`);
-  const curves = session.words?.curves ?? [];
   return html`<div class="fields">
     <p class="quiet">${name}, key ${key + 1} of ${axis.keys.length}, line ${at.line}</p>
     <${Field} label="Time" unit="s" value=${at.t} onSet=${set("t", "the time")} />
     <${Field} label="Position" unit=${axis.unit} value=${at.p} onSet=${set("p", "the position")} />
     <${Field} label="Velocity" unit=${axis.unit + per[1]} value=${at.v} placeholder=${shortNumber(at.slope, 3)} onSet=${set("v", "the velocity")} />
     <${Field} label="Acceleration" unit=${axis.unit + per[2]} value=${at.a} placeholder="chosen" onSet=${set("a", "the acceleration")} />
-    <label>Curve from here
-      <select value=${at.curve} onChange=${(event) => set("curve", "the curve of a span")(event.target.value)}>
-        ${curves.map((curve) => html`<option value=${curve} selected=${curve === at.curve}>${curve}</option>`)}
-      </select>
-    </label>
+    <${Choice} label="Curve from here" value=${at.curve} names=${session.curves} onChoose=${set("curve", "the curve of a span")} />
   </div>`;
 }
 
 function Handles({ session, picked }) {
   if (!picked.some(({ at }) => at.left || at.right)) return null;
-  const kinds = session.words?.handles ?? [];
   const kind = picked[0].at.right?.kind ?? picked[0].at.left?.kind;
-  return html`<label>Handles
-    <select value=${kind} onChange=${(event) => chooseHandles(session, event.target.value)}>
-      ${kinds.map((each) => html`<option value=${each} selected=${each === kind}>${each}</option>`)}
-    </select>
-  </label>`;
+  return html`<${Choice} label="Handles" value=${kind} names=${session.handles} onChoose=${(each) => chooseHandles(session, each)} />`;
 }
 
 function Scale({ session }) {

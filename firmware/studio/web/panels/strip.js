@@ -3,6 +3,12 @@ import { html, useEffect, useMemo, useRef, useState } from "../vendor/ui.js";
 import { columnsOf, takeToCsv } from "../live/trail.js";
 import { UPlot } from "../vendor/strip.js";
 
+// Its style comes with it, so that the page's first picture does not wait for that.
+const style = document.createElement("link");
+style.rel = "stylesheet";
+style.href = new URL("../vendor/strip.css", import.meta.url).href;
+document.head.append(style);
+
 const seen = 60 * 15; // frames of the live plot
 const height = 180; // px
 

@@ -1,6 +1,6 @@
 // Control of the machine: who has it, power, the move, and its speed.
 import { html, useState } from "../vendor/ui.js";
-import { allowed, wayToStart } from "../live/machine.js";
+import { allowed, standsOf } from "../live/machine.js";
 import { adviceFor } from "../live/faults.js";
 import { roundFor, withUnit } from "../model/number.js";
 
@@ -25,21 +25,21 @@ function Control({ machine }) {
 export function Fault({ machine }) {
   const text = machine.fault.value;
   if (!text) return null;
-  return html`<div class="fault" role="alert"><strong>${text}</strong> ${adviceFor(text)}</div>`;
+  return html`<div class="fault" role="alert"><strong>${text}</strong> ${adviceFor(machine.faultCode.value)}</div>`;
 }
 
-// The way to the start is shown before anything goes.
-function WayToStart({ machine, way, onClose }) {
-  const longest = Math.max(0, ...way.map((each) => each.seconds));
-  return html`<div class="dialog" role="dialog" aria-label="The way to the start" aria-modal="false">
-    <h3>To the start of the move, at a quarter of the limits</h3>
+// The way is shown before anything goes.
+function Way({ session, machine, way, onClose }) {
+  const longest = Math.max(0, ...way.axes.map((each) => each.seconds));
+  return html`<div class="dialog" role="dialog" aria-label=${way.title} aria-modal="false">
+    <h3>${way.title}, at a quarter of the limits</h3>
     ${
-      way.length === 0
+      way.axes.length === 0
         ? html`<p>The axes stand there already.</p>`
         : html`<table>
-          <thead><tr><th>axis</th><th>from</th><th>to</th><th>about</th></tr></thead>
+          <thead><tr><th>axis</th><th>from</th><th>to</th><th>in</th></tr></thead>
           <tbody>
-            ${way.map(
+            ${way.axes.map(
               (each) => html`<tr>
                 <td>${each.name}</td><td>${withUnit(each.from, each.unit)}</td>
                 <td>${withUnit(each.to, each.unit)}</td><td>${each.seconds.toFixed(1)} s</td>
@@ -47,12 +47,13 @@ function WayToStart({ machine, way, onClose }) {
             )}
           </tbody>
         </table>
-        <p>Each axis goes straight to its first position; all of it takes about ${longest.toFixed(1)} s. Look that the way is free.</p>`
+        <p>Each axis goes straight there; all of it takes ${longest.toFixed(1)} s.
+        ${session.way.value?.poses ? " The dashed line in Space is the way of the camera." : ""} Look that the way is free.</p>`
     }
     <div class="buttons">
       <button class="primary" onClick=${() => {
         onClose();
-        void machine.order("approach");
+        void machine.order(way.command, way.members);
       }}>Go</button>
       <button onClick=${onClose}>Not now</button>
     </div>
@@ -60,7 +61,7 @@ function WayToStart({ machine, way, onClose }) {
 }
 
 function Override({ machine, may }) {
-  const now = Math.round(100 * (machine.frame.value?.override ?? 1));
+  const now = machine.percent.value;
   return html`<label class="override">Speed
     <input type="range" min="0" max="200" step="5" value=${now} disabled=${!may}
       onChange=${(event) => machine.order("override", { percent: Number(event.target.value) })} />
@@ -88,39 +89,78 @@ export async function captureKey(session, machine) {
     session.say(`A key at ${t.toFixed(2)} s, from where the machine stands.`);
 }
 
+const posesOnWay = 120;
+
+// To a time of the move: what is asked before the machine goes there.
 function useWay(session, machine) {
   const [way, setWay] = useState(null);
-  const show = async () => {
-    const { values } = (await session.valuesAt(0)) ?? {};
+  const show = async (t, title, command, members) => {
     const { value: frame } = machine.frame;
     const { value: hello } = machine.hello;
-    if (values && frame && hello)
-      setWay(
-        wayToStart(
-          session.axes.value,
-          frame,
-          hello,
-          session.axes.value.map((axis) => values[axis.index][0]),
-        ),
-      );
+    const axes = session.axes.value;
+    const from = frame && hello ? standsOf(axes, frame, hello) : null;
+    if (from === null) return session.say("Where the axes stand is not known.", true);
+    const planned = await session.planWay(from, t, posesOnWay);
+    const { values } = (await session.valuesAt(t)) ?? {};
+    if (!planned.seconds || !values) return session.say("The way cannot be planned.", true);
+    session.way.value = planned;
+    if (planned.poses) session.tab.value = "Space";
+    setWay({
+      title,
+      command,
+      members,
+      axes: axes
+        .map(({ name, unit, index }) => {
+          const to = values[index][0];
+          return { name, unit, from: from[index], to, seconds: planned.seconds[index] };
+        })
+        .filter((each) => Math.abs(each.to - each.from) > 1e-3),
+    });
+    return null;
   };
-  return [way, show, () => setWay(null)];
+  const close = () => {
+    session.way.value = null;
+    setWay(null);
+  };
+  return [way, show, close];
+}
+
+// Of one key that is selected, or of the playhead.
+function useTarget(session) {
+  const picked = session.picked.value;
+  const [only] = picked;
+  if (picked.length === 1)
+    return {
+      label: "Go to key…",
+      t: only.at.t,
+      title: `To key ${only.key + 1} of ${only.axis}, at ${only.at.t.toFixed(2)} s`,
+      members: { axis: only.axis, key: only.key + 1 },
+    };
+  const t = session.playhead.value;
+  return {
+    label: "Go to playhead…",
+    t,
+    title: `To ${t.toFixed(2)} s of the move`,
+    members: { to: t },
+  };
 }
 
 export function Transport({ session, machine }) {
   const [way, showWay, closeWay] = useWay(session, machine);
-  const frame = machine.frame.value;
+  const target = useTarget(session);
   const state = machine.state.value;
+  const jogging = machine.isJogging.value;
+  const homing = machine.isHoming.value;
   const may = allowed(state, {
     isHolder: machine.isHolder.value,
     isFresh: machine.isFresh.value,
-    jogging: frame?.jogging ?? false,
-    homing: frame?.homing ?? false,
+    jogging,
+    homing,
   });
   const isLoaded = machine.loaded.value === session.text.value;
   const order = (command, members) => () => machine.order(command, members);
   return html`<section class="transport" aria-label="Machine">
-    <span class=${`state ${state}`} role="status">${words[state]}${frame?.homing ? ", homing" : ""}${frame?.jogging ? ", jogging" : ""}</span>
+    <span class=${`state ${state}`} role="status">${words[state]}${homing ? ", homing" : ""}${jogging ? ", jogging" : ""}</span>
     <${Control} machine=${machine} />
     <span class="buttons">
       <button onClick=${order("enable")} disabled=${!may.enable}>Enable</button>
@@ -133,7 +173,9 @@ export function Transport({ session, machine }) {
         title=${isLoaded ? "The machine has this move" : "The machine has another move than the page"}>
         Load${isLoaded ? " ✓" : ""}
       </button>
-      <button onClick=${showWay} disabled=${!may.approach || machine.loaded.value === null}>Go to start…</button>
+      <button onClick=${() => showWay(0, "To the start of the move", "approach", {})} disabled=${!may.approach || machine.loaded.value === null}>Go to start…</button>
+      <button onClick=${() => showWay(target.t, target.title, "go", target.members)} disabled=${!may.go || !isLoaded}
+        title="It is held there; Resume plays on from there">${target.label}</button>
       <button class="primary" onClick=${() => machine.play()} disabled=${!may.start || machine.loaded.value === null}>Start</button>
       <button onClick=${order("hold")} disabled=${!may.hold}>Hold</button>
       <button onClick=${order("resume")} disabled=${!may.resume}>Resume</button>
@@ -143,6 +185,6 @@ export function Transport({ session, machine }) {
     <button class="switch" aria-pressed=${machine.pingPong.value} onClick=${() => (machine.pingPong.value = !machine.pingPong.value)}>Forth and back</button>
     <${Override} machine=${machine} may=${may.override} />
     <button onClick=${() => captureKey(session, machine)} disabled=${!may.capture}>Key from machine</button>
-    ${way ? html`<${WayToStart} machine=${machine} way=${way} onClose=${closeWay} />` : null}
+    ${way ? html`<${Way} session=${session} machine=${machine} way=${way} onClose=${closeWay} />` : null}
   </section>`;
 }

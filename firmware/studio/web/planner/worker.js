@@ -8,11 +8,15 @@ import { applyEdits } from "../model/history.js";
 
 const rigName = () => names.rig;
 const moveName = () => names.move;
+// Fetched at once, while the page still asks which rig it is.
+const loading = Planner.load("/planner.wasm");
+loading.catch(() => {}); // said by whoever waits for it
 let planner = null;
 let names = { rig: "rig.yaml", move: "move.yaml" };
 let base = null;
 let baseText = "";
 let latest = null; // of a drag; base while there is none
+let toWarm = 0; // rounds that are left of warming up
 
 function words() {
   return {
@@ -81,9 +85,61 @@ function release(plan) {
   if (plan !== null && plan !== base) plan.free();
 }
 
+// The first plans of a module are slow, before the browser has compiled for speed
+// what runs often: so it runs while nobody waits, and not in somebody's hand.
+const warmRounds = 24;
+const warmRestMs = 20;
+
+async function warmOnce() {
+  const { report } = base;
+  const axis = report.status === "ok" ? report.axes.findIndex((each) => each.keys > 2) : -1;
+  if (axis < 0) return false;
+  const key = report.axes[axis].keys >> 1;
+  const p = base.keys(axis)[key * Planner.KEY + 1] + 1e-3 * toWarm;
+  const { name } = report.axes[axis];
+  const picture = await previewOf([{ op: "key", axis: name, key, p }], warmView);
+  return picture.error === undefined;
+}
+
+const warmView = { from: 0, to: 10, columns: 200 };
+
+function warmLater() {
+  setTimeout(() => {
+    if (toWarm === 0) return;
+    turn = turn.then(async () => {
+      if (toWarm === 0 || base === null) return;
+      toWarm = (await warmOnce()) ? toWarm - 1 : 0;
+      forgetDrag();
+      warmLater();
+    });
+  }, warmRestMs);
+}
+
+// What operations on the document would make of it; and what was sent of such.
+async function previewOf(operations, view) {
+  const edited = base.edit(operations);
+  if (!edited.ok) return { error: edited.error };
+  planner.put(moveName(), applyEdits(baseText, edited.edits));
+  const plan = await planWith(latest ?? base);
+  planner.put(moveName(), baseText);
+  if (plan.report.status === "ok") {
+    release(latest);
+    latest = plan;
+  }
+  const picture = pictureOf(plan, view, true);
+  if (plan !== latest) plan.free();
+  return { edits: edited.edits, ...picture };
+}
+
+function forgetDrag() {
+  release(latest);
+  latest = null;
+  sent.clear();
+}
+
 const handlers = {
-  async load({ wasm, rig, move }) {
-    planner ??= await Planner.load(wasm);
+  async load({ rig, move }) {
+    planner ??= await loading;
     names = { rig: rig.name, move: move.name };
     planner.put(rig.name, rig.text);
     return { words: words() };
@@ -99,25 +155,19 @@ const handlers = {
     latest = null;
     base = plan;
     baseText = move;
+    if (former === null) {
+      toWarm = warmRounds;
+      warmLater();
+    }
     former?.free();
     return pictureOf(plan, view, false);
   },
 
-  // What operations on the document would make of it.
   async preview({ operations, view }) {
-    const edited = base.edit(operations);
-    if (!edited.ok) return { error: edited.error };
-    const text = applyEdits(baseText, edited.edits);
-    planner.put(moveName(), text);
-    const plan = await planWith(latest ?? base);
-    planner.put(moveName(), baseText);
-    if (plan.report.status === "ok") {
-      release(latest);
-      latest = plan;
-    }
-    const picture = pictureOf(plan, view, true);
-    if (plan !== latest) plan.free();
-    return { edits: edited.edits, ...picture };
+    toWarm = 0;
+    const begin = performance.now();
+    const picture = await previewOf(operations, view);
+    return { ...picture, ms: performance.now() - begin };
   },
 
   async samples({ view }) {
@@ -165,6 +215,11 @@ const handlers = {
     };
   },
 
+  async way({ from, t, count }) {
+    const way = base?.report.status === "ok" ? base.way(from, t, count) : null;
+    return { ...way, size: Planner.POSE };
+  },
+
   async body({ t }) {
     return { lines: base?.report.status === "ok" ? base.body(t) : [] };
   },
@@ -174,6 +229,13 @@ const handlers = {
     return { values: base.report.axes.map((_, axis) => [...base.at(axis, t)]) };
   },
 };
+
+// They are given away, not copied.
+function buffersOf({ samples, keys, poses }) {
+  return [...(samples ?? []), ...(keys ?? []), poses]
+    .filter((each) => each instanceof Float64Array)
+    .map((each) => each.buffer);
+}
 
 // One after the other: a plan that waits for a file must not meet another text.
 let turn = Promise.resolve();
@@ -185,6 +247,6 @@ self.onmessage = ({ data: { id, kind, ...members } }) => {
     } catch (error) {
       answer = { failed: String(error?.message ?? error) };
     }
-    self.postMessage({ id, ...answer });
+    self.postMessage({ id, ...answer }, buffersOf(answer));
   });
 };

@@ -102,6 +102,7 @@ export class Stage {
       new LineDashedMaterial({ color: colours.quiet, dashSize: 0.1, gapSize: 0.06 }),
     );
     this.path = new Group();
+    this.way = new Group(); // that the machine is about to go
     this.body = new Group(); // of the rig
     this.lens = new PerspectiveCamera(40, aspect, 0.05, 1000);
     this.lens.matrixAutoUpdate = false;
@@ -113,6 +114,7 @@ export class Stage {
       sun,
       this.grid,
       this.path,
+      this.way,
       this.body,
       this.sight,
       this.focus,
@@ -139,6 +141,20 @@ export class Stage {
       ),
     );
     this.path.traverse((each) => each.layers.set(pictureOnly));
+  }
+
+  // Dashed; [] takes it away.
+  showWay(points) {
+    for (const each of this.way.children) each.geometry.dispose();
+    this.way.clear();
+    if (points.length === 0) return;
+    const line = lineOf(
+      points,
+      new LineDashedMaterial({ color: this.colours.bad, dashSize: 0.06, gapSize: 0.04 }),
+    );
+    line.computeLineDistances();
+    this.way.add(line);
+    this.way.traverse((each) => each.layers.set(pictureOnly));
   }
 
   // The rig itself: [{ isRail, points }].

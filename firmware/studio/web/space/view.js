@@ -85,6 +85,16 @@ class SpaceView {
     void this.#showBody(t);
   }
 
+  showWay(way) {
+    const poses = way?.poses ?? [];
+    const points = Array.from(
+      { length: way?.poses ? poses.length / way.size : 0 },
+      (_, i) => poseAt(poses, way.size, i).at,
+    );
+    this.stage.showWay(points);
+    this.want();
+  }
+
   async #showBody(t) {
     const answer = await this.session.body(t);
     if (answer?.lines === undefined) return;
@@ -167,6 +177,7 @@ function connect(canvas, session, machine, onEmpty, view) {
       void [session.playhead.value, machine.machineAt.value];
       space.show();
     }),
+    effect(() => space.showWay(session.way.value)),
   ];
   return () => {
     stops.forEach((stop) => stop());

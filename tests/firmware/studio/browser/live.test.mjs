@@ -7,9 +7,9 @@ let browser;
 before(async () => (browser = await launch()));
 after(() => browser.close());
 
-function on(name, body, change) {
+function on(name, body, change, example = "dolly") {
   test(name, { timeout: 120000 }, async () => {
-    const studio = await serve("dolly", change);
+    const studio = await serve(example, change);
     try {
       const page = await open(browser, studio.url);
       await until(page, "frames", () => globalThis.studio.machine.isFresh.value);
@@ -123,7 +123,7 @@ on("where the move begins is shown before anything goes there", async (page) => 
   await press(page, "Load");
   await until(page, "the load", () => globalThis.studio.machine.loaded.value !== null);
   await press(page, "Go to start…");
-  const dialog = page.getByRole("dialog", { name: "The way to the start" });
+  const dialog = page.getByRole("dialog", { name: "To the start of the move" });
   await dialog.waitFor();
   assert.match(await dialog.innerText(), /pan\s+0 deg\s+-58 deg/);
   await picture(page, "way");
@@ -132,7 +132,54 @@ on("where the move begins is shown before anything goes there", async (page) => 
   await state(page, "moving");
   await state(page, "ready");
   assert.ok(Math.abs((await frame(page)).axes[2].actual.last + 58) < 0.5);
+  // To a key of the move, where it is held; the planner says where that is.
+  const [t, p] = await page.evaluate(() => {
+    const { session } = globalThis.studio;
+    const axis = session.axes.value.find((each) => each.name === "dolly");
+    session.selection.value = new Map([["dolly", new Set([1])]]);
+    return [axis.keys[1].t, axis.keys[1].p];
+  });
+  await press(page, "Go to key…");
+  await page.getByRole("dialog", { name: `To key 2 of dolly, at ${t.toFixed(2)} s` }).waitFor();
+  await press(page, "Go");
+  await state(page, "holding");
+  const there = await frame(page);
+  assert.ok(
+    Math.abs(there.axes[0].actual.last - p) < 0.5,
+    `${there.axes[0].actual.last}, not ${p}`,
+  );
+  assert.ok(Math.abs(there.path - t) < 1e-3);
+  await press(page, "Stop");
 });
+
+on(
+  "the way of the camera is drawn in space before it goes there",
+  async (page) => {
+    await ready(page);
+    await press(page, "Load");
+    await until(page, "the load", () => globalThis.studio.machine.loaded.value !== null);
+    await press(page, "Go to start…");
+    await page.getByRole("dialog", { name: "To the start of the move" }).waitFor();
+    await page.getByRole("tab", { name: "Space", selected: true }).waitFor();
+    const [first, last, start] = await page.evaluate(async () => {
+      const { session } = globalThis.studio;
+      const { poses, size } = session.way.value;
+      const move = await session.poses(0, 1, 2);
+      const at = (numbers, i) => [...numbers.subarray(i * size, i * size + 3)];
+      return [at(poses, 0), at(poses, poses.length / size - 1), at(move.poses, 0)];
+    });
+    last.forEach((value, k) => assert.ok(Math.abs(value - start[k]) < 1e-3, `${last}, ${start}`));
+    assert.ok(
+      first.some((value, k) => Math.abs(value - last[k]) > 0.01),
+      "there is a way",
+    );
+    await picture(page, "way-in-space");
+    await press(page, "Not now");
+    assert.equal(await page.evaluate(() => globalThis.studio.session.way.value), null);
+  },
+  undefined,
+  "jib",
+);
 
 on("a jog lasts as long as the button is held", async (page) => {
   await ready(page);

@@ -1,5 +1,7 @@
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { mock, test } from "node:test";
+import { adviceFor, advices } from "../../../../firmware/studio/web/live/faults.js";
 import { busLoad, readFrame } from "../../../../firmware/studio/web/live/frame.js";
 import { Jog, againMs } from "../../../../firmware/studio/web/live/jog.js";
 import { Link } from "../../../../firmware/studio/web/live/link.js";
@@ -207,7 +209,9 @@ test("a broken connection fails what was asked, asks nothing again, and comes ba
 test("silence makes what is shown old, and the next frame makes it new", () => {
   const { heard, socket } = linkOf();
   socket().opened();
-  mock.timers.tick(501);
+  for (let i = 0; i < 3; i++) mock.timers.tick(125);
+  assert.equal(heard.states.at(-1), "open");
+  mock.timers.tick(125);
   assert.equal(heard.states.at(-1), "silent");
   socket().onmessage({ data: frameBytes() });
   assert.equal(heard.states.at(-1), "open");
@@ -253,4 +257,12 @@ test("the ring forgets, takes do not grow without end", () => {
   for (let i = 0; i < 12000; i++) trail.add({ ...frame, time: i }, i % 100 < 50);
   assert.ok(trail.rows.length <= 9000);
   assert.ok(trail.takes.length <= 8);
+});
+
+test("every fault of the controller has its advice, and there are no others", () => {
+  const source = readFileSync("firmware/control/controller.h", "utf8");
+  const codes = [...source.matchAll(/X\(CONTROLLER_FAULT_(\w+),/g)].map(([, code]) => code);
+  assert.ok(codes.length > 10);
+  assert.deepEqual(Object.keys(advices).sort(), codes.filter((code) => code !== "NONE").sort());
+  assert.match(adviceFor("ESTOP"), /Release/);
 });
