@@ -89,6 +89,28 @@ int document_write(const char *path, const char *data, size_t length,
     return err;
 }
 
+int document_create(const char *path, const char *data, size_t length)
+{
+    char partial[4096 + 16];
+    int err;
+
+    snprintf(partial, sizeof partial, "%s.partial", path);
+    if (access(path, F_OK) == 0)
+        return -EEXIST;
+    (void)unlink(partial);
+    const int file = open(
+        partial, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0644);
+    if (file < 0)
+        return -errno;
+    err = document_write_all(file, data, length);
+    if (close(file) < 0 && err == 0)
+        err = -errno;
+    if (err == 0 && link(partial, path) < 0)
+        err = -errno;
+    (void)unlink(partial);
+    return err;
+}
+
 /* --- what a page may see ---------------------------------------------------- */
 
 static bool document_is_of_a_kind(const char *name)

@@ -20,6 +20,9 @@ void document_tag(const char *data, size_t length, char tag[DOCUMENT_TAG]);
 int document_write(const char *path, const char *data, size_t length,
                    const char *was, char tag[DOCUMENT_TAG]);
 
+/* A new file, whole or not at all.  0, -EEXIST, or another negative errno. */
+int document_create(const char *path, const char *data, size_t length);
+
 /* May a page see the file of this name, where the rig and the move are `rig`
  * and `move` (NULL: none)?  Beside them or below, of a kind that they name, and
  * nothing that begins with a dot. */

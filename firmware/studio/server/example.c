@@ -2,7 +2,6 @@
 #include "firmware/studio/server/example.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +10,7 @@
 
 #include "firmware/linux/base/error.h"
 #include "firmware/studio/embedded.h"
+#include "firmware/studio/server/document.h"
 
 static void example_directory(char path[FILES_PATH_MAX])
 {
@@ -37,30 +37,14 @@ static int example_folders(char *path)
     return mkdir(path, 0755) < 0 && errno != EEXIST ? -errno : 0;
 }
 
-/* Whole, or not there. */
 static int example_file(const char *directory, const struct embedded_file *from)
 {
-    char path[FILES_PATH_MAX + 32], partial[FILES_PATH_MAX + 64];
-    int err = 0;
+    char path[FILES_PATH_MAX + 32];
 
     snprintf(path, sizeof path, "%s/%s", directory, from->name);
-    snprintf(partial, sizeof partial, "%s.partial", path);
-    if (access(path, F_OK) == 0)
-        return 0;
-    (void)unlink(partial);
-    const int file = open(
-        partial, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0644);
-    if (file < 0)
-        return -errno;
-    if (write(file, from->data, from->length) != (ssize_t)from->length)
-        err = -EIO;
-    if (close(file) < 0 && err == 0)
-        err = -errno;
-    if (err == 0 && rename(partial, path) < 0)
-        err = -errno;
-    if (err < 0)
-        (void)unlink(partial);
-    return err;
+    const int err =
+        document_create(path, (const char *)from->data, from->length);
+    return err == -EEXIST ? 0 : err;
 }
 
 int example_write(char path[FILES_PATH_MAX])

@@ -331,6 +331,56 @@ static int http_beside(const struct studio_server *server, struct lws *wsi,
     return http_read(wsi, request, asked);
 }
 
+/* --- takes ------------------------------------------------------------------------ */
+
+/* What the directory of takes is beside. */
+static const char *http_takes(const struct studio_server *server)
+{
+    const struct studio_config *config = server->config;
+
+    return config->move_path != NULL ? config->move_path : config->rig_path;
+}
+
+/* The name that is asked for; false: none that a take can have. */
+static bool http_take_name(struct lws *wsi, char name[TAKES_NAME])
+{
+    char text[HTTP_NAME];
+    const char *asked = lws_get_urlarg_by_name(wsi, "name=", text, sizeof text);
+
+    if (asked == NULL || !takes_is_name(asked))
+        return false;
+    snprintf(name, TAKES_NAME, "%s", asked);
+    return true;
+}
+
+static int http_get_take(const struct studio_server *server, struct lws *wsi,
+                         struct studio_request *request)
+{
+    char name[TAKES_NAME], path[FILES_PATH_MAX];
+
+    if (!http_take_name(wsi, name) ||
+        !takes_path(http_takes(server), name, path, sizeof path))
+        return http_refuse(wsi, request, 404, NULL,
+                           "no take can have this name");
+    return http_read(wsi, request, path);
+}
+
+static int http_write_take(const struct studio_server *server, struct lws *wsi,
+                           struct studio_request *request)
+{
+    const struct http_answer written = { .status = 204, .type = "text/plain" };
+    const int err = takes_write(http_takes(server), request->take,
+                                request->body, request->length);
+
+    http_drop(request);
+    if (err == -EEXIST)
+        return http_refuse(wsi, request, 412, NULL,
+                           "there is a take of this name already");
+    if (err < 0)
+        return http_refuse(wsi, request, 500, NULL, strerror(-err));
+    return http_give(wsi, request, &written, "", 0, NULL);
+}
+
 static int http_get(const struct studio_server *server, struct lws *wsi,
                     struct studio_request *request, const char *path)
 {
@@ -344,6 +394,11 @@ static int http_get(const struct studio_server *server, struct lws *wsi,
         return http_studio(server, wsi, request);
     if (strcmp(path, "/api/file") == 0)
         return http_beside(server, wsi, request);
+    if (strcmp(path, "/api/takes") == 0)
+        return http_say(wsi, request, 200, NULL,
+                        takes_list(http_takes(server)));
+    if (strcmp(path, "/api/take") == 0)
+        return http_get_take(server, wsi, request);
     if (file != NULL)
         return http_file(wsi, request, file);
     return http_refuse(wsi, request, 404, NULL,
@@ -359,14 +414,16 @@ static int http_put(const struct studio_server *server, struct lws *wsi,
                     struct studio_request *request, const char *path)
 {
     char length[32];
+    const bool is_take =
+        strcmp(path, "/api/take") == 0 && http_take_name(wsi, request->take);
 
-    if (http_document(server, path) == NULL)
+    if (!is_take && http_document(server, path) == NULL)
         return http_refuse(wsi, request, 404, NULL,
                            "there is nothing of this name that can be written");
     http_header(wsi, WSI_TOKEN_HTTP_IF_MATCH, request->tag,
                 sizeof request->tag);
     http_header(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH, length, sizeof length);
-    if (request->tag[0] == 0)
+    if (!is_take && request->tag[0] == 0)
         return http_refuse(wsi, request, 428, NULL,
                            "expected If-Match with the ETag of the text that "
                            "was changed");
@@ -456,7 +513,10 @@ int studio_http(struct lws *wsi, enum lws_callback_reasons reason, void *user,
     case LWS_CALLBACK_HTTP_BODY:
         return http_take(request, in, length);
     case LWS_CALLBACK_HTTP_BODY_COMPLETION:
-        return request->is_put ? http_write_document(server, wsi, request) : 0;
+        return !request->is_put ? 0
+               : request->take[0] != 0
+                   ? http_write_take(server, wsi, request)
+                   : http_write_document(server, wsi, request);
     case LWS_CALLBACK_HTTP_WRITEABLE:
         return http_write(wsi, request);
     case LWS_CALLBACK_CLOSED_HTTP:

@@ -9,6 +9,7 @@
 #include "firmware/studio/server/bytes.h"
 #include "firmware/studio/server/document.h"
 #include "firmware/studio/server/server.h"
+#include "firmware/studio/server/takes.h"
 
 #define STUDIO_CONNECTIONS 16     /* of WebSockets */
 #define STUDIO_LINE_MAX    262144 /* of the service, with its LF */
@@ -27,6 +28,7 @@ struct studio_request {
     bool is_put, is_rig;
     bool closes;            /* the connection, once it was answered */
     char tag[DOCUMENT_TAG]; /* If-Match */
+    char take[TAKES_NAME];  /* that a PUT brings; "": another document */
 };
 
 /* One WebSocket. */

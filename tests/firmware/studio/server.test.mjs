@@ -164,6 +164,26 @@ test("a file beside the rig is given, and no other", async () => {
     assert.equal((await ask("GET", name(other))).status, 404);
 });
 
+test("takes are kept beside the move, each once, and listed", async () => {
+  const take = (name) => `/api/take?name=${encodeURIComponent(name)}`;
+  const list = async () => JSON.parse((await ask("GET", "/api/takes")).text).takes;
+  assert.deepEqual(await list(), []);
+  const put = (name, body) => ask("PUT", take(name), { body });
+  assert.equal((await put("b.csv", "second\n")).status, 204);
+  assert.equal((await put("a-1_2.csv", "first\n")).status, 204);
+  assert.equal((await put("b.csv", "another\n")).status, 412);
+  assert.deepEqual(await list(), [
+    { name: "a-1_2.csv", bytes: 6 },
+    { name: "b.csv", bytes: 7 },
+  ]);
+  assert.equal((await ask("GET", take("b.csv"))).text, "second\n");
+  assert.equal(fs.readFileSync(`${home}/dolly/takes/b.csv`, "utf8"), "second\n");
+  for (const name of ["../move.yaml", "x.yaml", ".csv", "a/b.csv", `${"x".repeat(70)}.csv`]) {
+    assert.equal((await put(name, "x")).status, 404, name);
+    assert.equal((await ask("GET", take(name))).status, 404, name);
+  }
+});
+
 test("what is too long is refused before it is read", async () => {
   const headers = { "if-match": '"x"', "content-length": 17 * 1024 * 1024 };
   const answer = await ask("PUT", "/api/move", { headers, body: "x" });

@@ -3,7 +3,7 @@ import { batch, computed, signal } from "../vendor/ui.js";
 import { busLoad } from "./frame.js";
 import { Jog } from "./jog.js";
 import { Link } from "./link.js";
-import { Trail } from "./trail.js";
+import { Trail, takeFromCsv, takeToCsv } from "./trail.js";
 
 const leaseSeconds = 5;
 const renewMs = 1500;
@@ -42,7 +42,8 @@ export class Machine {
     this.isHolder = signal(false);
     this.isHeld = signal(false); // by whomever
     this.loaded = signal(null); // the text that is the machine's move, if it is ours
-    this.takes = signal([]);
+    this.takes = signal([]); // of this page, and those that were read from disk
+    this.kept = signal([]); // names of those on disk
     this.jogging = signal(null); // name of the axis that this page jogs
     this.loop = signal(false);
     this.pingPong = signal(false);
@@ -129,6 +130,38 @@ export class Machine {
   pressJog(axis, speed) {
     this.jogging.value = axis;
     this.jog.press(axis, speed);
+  }
+
+  get axisNames() {
+    return (this.hello.value?.axes ?? []).map((axis) => axis.name);
+  }
+
+  async listTakes() {
+    const answer = await fetch("/api/takes").catch(() => null);
+    if (answer?.ok) this.kept.value = (await answer.json()).takes.map((take) => take.name);
+  }
+
+  // Beside the move, by when it was.
+  async keepTake(take) {
+    const name = `${new Date(take.started).toISOString().replace(/[:.]/g, "-")}.csv`;
+    const body = takeToCsv(take, this.axisNames);
+    const answer = await fetch(`/api/take?name=${name}`, { method: "PUT", body }).catch(() => null);
+    if (answer?.status === 204 || answer?.status === 412) take.name = name;
+    else this.say("The take could not be written.", true);
+    await this.listTakes();
+  }
+
+  // One of disk among those of this page, before them: they are compared by age.
+  async readTake(name) {
+    if (this.takes.value.some((take) => take.name === name)) return;
+    const answer = await fetch(`/api/take?name=${name}`).catch(() => null);
+    const take = answer?.ok ? takeFromCsv(await answer.text(), this.axisNames) : null;
+    if (take === null) {
+      this.say(`${name} is no take of the axes of this rig.`, true);
+      return;
+    }
+    this.trail.takes.unshift({ ...take, name });
+    this.takes.value = [...this.trail.takes];
   }
 
   // Positions of all axes where the machine stands, or null.

@@ -50,9 +50,7 @@ export class Trail {
     const take = this.#take;
     this.#take = null;
     if (take.rows.length < 2) return;
-    take.worst = take.rows[0].axes.map((_, axis) =>
-      take.rows.reduce((most, row) => Math.max(most, Math.abs(row.axes[axis].error)), 0),
-    );
+    take.worst = worstOf(take.rows);
     this.takes.push(take);
     if (this.takes.length > mostTakes) this.takes.shift();
   }
@@ -71,12 +69,39 @@ export function columnsOf(rows, axis, of) {
   return [x, demand, actual];
 }
 
+const parts = ["demand", "actual", "error"];
+
+// The following error that was largest, of every axis.
+function worstOf(rows) {
+  return rows[0].axes.map((_, axis) =>
+    rows.reduce((most, row) => Math.max(most, Math.abs(row.axes[axis].error)), 0),
+  );
+}
+
+// A take that was kept, for axes of these names; null where it is of others, or no
+// take.
+export function takeFromCsv(text, names) {
+  const lines = text.trimEnd().split("\n");
+  const head = takeToCsv({ rows: [] }, names).trimEnd();
+  if (lines[0] !== head || lines.length < 3) return null;
+  const rows = lines.slice(1).map((line) => {
+    const [time, path, ...values] = line.split(",").map(Number);
+    const axes = names.map((_, axis) =>
+      Object.fromEntries(parts.map((part, i) => [part, values[parts.length * axis + i]])),
+    );
+    return { time, path, axes };
+  });
+  if (rows.some((row) => row.axes.some((axis) => !Number.isFinite(axis.error)))) return null;
+  return { rows, worst: worstOf(rows) };
+}
+
 // A take as text for a spreadsheet.
 export function takeToCsv(take, names) {
-  const head = ["t_s", "path_s", ...names.flatMap((name) => [`${name}_demand`, `${name}_actual`])];
-  const start = take.rows[0].time;
+  const columns = names.flatMap((name) => parts.map((part) => `${name}_${part}`));
+  const head = ["t_s", "path_s", ...columns];
+  const start = take.rows[0]?.time ?? 0;
   const lines = take.rows.map((row) =>
-    [row.time - start, row.path, ...row.axes.flatMap((axis) => [axis.demand, axis.actual])]
+    [row.time - start, row.path, ...row.axes.flatMap((axis) => parts.map((part) => axis[part]))]
       .map((value) => value.toFixed(6))
       .join(","),
   );

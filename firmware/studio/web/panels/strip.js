@@ -84,7 +84,34 @@ export function takesToColumns(takes, axis) {
   return [x, demand, ...actuals];
 }
 
-function Takes({ machine, axes, index }) {
+function labelOf(take) {
+  return take.name?.replace(/\.csv$/, "") ?? new Date(take.started).toLocaleTimeString();
+}
+
+function Take({ machine, take, index, unit }) {
+  return html`<li>
+    ${labelOf(take)}: worst following error ${take.worst[index]?.toFixed(3)} ${unit}
+    <button onClick=${() => download("take.csv", takeToCsv(take, machine.axisNames))}>Save as CSV</button>
+    ${take.name === undefined ? html`<button onClick=${() => machine.keepTake(take)}>Keep</button>` : null}
+  </li>`;
+}
+
+// Those on disk that are not shown yet.
+function Kept({ machine }) {
+  useEffect(() => void machine.listTakes(), [machine]);
+  const shown = new Set(machine.takes.value.map((take) => take.name));
+  const others = machine.kept.value.filter((name) => !shown.has(name)).reverse();
+  if (others.length === 0) return null;
+  return html`<h3>Kept beside the move</h3>
+    <ul class="kept">
+      ${others.map(
+        (name) =>
+          html`<li>${labelOf({ name })} <button aria-label=${`Compare ${name}`} onClick=${() => machine.readTake(name)}>Compare</button></li>`,
+      )}
+    </ul>`;
+}
+
+function TakesPlot({ machine, axes, index }) {
   const takes = machine.takes.value;
   const [chosen, setChosen] = useState(3);
   const shown = takes.slice(-chosen);
@@ -93,25 +120,17 @@ function Takes({ machine, axes, index }) {
     [takes, chosen, index],
   );
   if (data === null) return html`<p class="quiet">No take yet: start the move.</p>`;
-  const names = ["plan", ...shown.map((take) => new Date(take.started).toLocaleTimeString())];
+  const names = ["plan", ...shown.map(labelOf)];
   const unit = axes[index]?.unit ?? "";
   return html`<${Plot} label=${`${axes[index]?.name ?? ""}, ${unit}`} names=${names} data=${data} />
     <ul class="takes">
-      ${takes.map(
-        (take) => html`<li>
-          ${new Date(take.started).toLocaleTimeString()}: worst following error ${take.worst[index]?.toFixed(3)} ${unit}
-          <button onClick=${() =>
-            download(
-              "take.csv",
-              takeToCsv(
-                take,
-                axes.map((axis) => axis.name),
-              ),
-            )}>Save as CSV</button>
-        </li>`,
-      )}
+      ${takes.map((take) => html`<${Take} machine=${machine} take=${take} index=${index} unit=${unit} />`)}
     </ul>
     <label>Compare the last <input type="number" min="1" max="5" value=${chosen} onInput=${(event) => setChosen(Number(event.target.value) || 1)} /></label>`;
+}
+
+function Takes(props) {
+  return html`<${TakesPlot} ...${props} /><${Kept} machine=${props.machine} />`;
 }
 
 // The last rows, or, while paused, those that the slider has scrolled to.

@@ -114,6 +114,23 @@ on(
     await tab(page, "Plots");
     await page.locator(".takes li").first().waitFor();
     await picture(page, "take");
+    // Kept, forgotten by the page, and read again from disk.
+    await press(page, "Keep");
+    await until(page, "the file", () => globalThis.studio.machine.kept.value.length === 1);
+    const [name] = await page.evaluate(() => {
+      const { machine } = globalThis.studio;
+      machine.trail.takes.length = 0;
+      machine.takes.value = [];
+      return machine.kept.value;
+    });
+    await press(page, `Compare ${name}`);
+    await until(page, "the take", () => globalThis.studio.machine.takes.value.length === 1);
+    const again = await page.evaluate(() => {
+      const { rows, worst } = globalThis.studio.machine.takes.value[0];
+      return { length: rows.length, worst: worst[0], last: rows.at(-1).path };
+    });
+    assert.equal(again.length, take.length);
+    assert.ok(Math.abs(again.worst - take.worst) < 1e-5);
   },
   short,
 );

@@ -5,7 +5,12 @@ import { adviceFor, advices } from "../../../../firmware/studio/web/live/faults.
 import { busLoad, readFrame } from "../../../../firmware/studio/web/live/frame.js";
 import { Jog, againMs } from "../../../../firmware/studio/web/live/jog.js";
 import { Link } from "../../../../firmware/studio/web/live/link.js";
-import { Trail, columnsOf, takeToCsv } from "../../../../firmware/studio/web/live/trail.js";
+import {
+  Trail,
+  columnsOf,
+  takeFromCsv,
+  takeToCsv,
+} from "../../../../firmware/studio/web/live/trail.js";
 import { random } from "./random.mjs";
 
 const q32 = (value) => BigInt(Math.round(value * 2 ** 20)) << 12n;
@@ -247,8 +252,14 @@ test("a take is what was played, from its first frame to its last", () => {
   const [x, demand, actual] = columnsOf(take.rows, 0, (row) => row.path);
   assert.deepEqual([x[0], demand[0], actual[0]], [3, -12.5, -12.25]);
   const csv = takeToCsv(take, ["pan"]).trim().split("\n");
-  assert.equal(csv[0], "t_s,path_s,pan_demand,pan_actual");
+  assert.equal(csv[0], "t_s,path_s,pan_demand,pan_actual,pan_error");
   assert.equal(csv.length, 7);
+  const again = takeFromCsv(`${csv.join("\n")}\n`, ["pan"]);
+  assert.equal(again.rows.length, 6);
+  assert.ok(Math.abs(again.worst[0] - take.worst[0]) < 1e-6);
+  for (const wrong of ["", csv[0], `${csv.join("\n")}\n1,x`, csv.slice(1).join("\n")])
+    assert.equal(takeFromCsv(wrong, ["pan"]), null);
+  assert.equal(takeFromCsv(csv.join("\n"), ["tilt"]), null);
 });
 
 test("the ring forgets, takes do not grow without end", () => {
