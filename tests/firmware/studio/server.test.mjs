@@ -343,6 +343,56 @@ test("without a rig it is an example, whose files stay the user's", async () => 
   await end(second);
 });
 
+// Ticks are long, so that a busy machine loses none that count.
+const lift = (at) => `title: Lift
+tick: 20 ms
+buses:
+  line: {kind: modbus-tcp, host: 127.0.0.1, port: ${at}, timeout: 2 s}
+axes:
+  lift:
+    unit: rev
+    limits: {position: [-500 rev, 500 rev], velocity: 600 rpm, acceleration: 30 rev/s2}
+    following_error: {floor: 5 rev, time: 1 s}
+    drive: {kind: modbus, bus: line, node: 3, map: lexium-32, counts: {num: 16384, den: 1}}
+    sim: {velocity: 100 rev/s, acceleration: 5000 rev/s2}
+`;
+
+test("with --real the page moves a servo behind a socket of another process", async () => {
+  const rig = `${home}/lift.yaml`;
+  fs.writeFileSync(rig, lift(port + 4));
+  const servo = await another(["sim", rig], `port ${port + 4}`);
+  const words = ["studio", "--real", "--yes", "--no-browser", "--port", `${port + 3}`, rig];
+  const program = await another(words, "socket ");
+  const socket = await Socket.open(port + 3);
+  const frames = [];
+  socket.on("frame", (frame) => frames.push(frameOf(frame)));
+  await until("a real machine", () => frames.at(-1)?.bits & 32);
+  assert.equal((await command(socket, "take", { lease: 60 })).ok, true);
+  // A machine that does other work may lose ticks, which is a fault: again then.
+  const step = { 0: ["enable"], 1: ["jog", { axis: "lift", speed: 2, for: 1 }], 5: ["reset"] };
+  const quarterTurn = 1n << 30n;
+  await until(
+    "moved",
+    async () => {
+      const { state, bits, axes } = frames.at(-1);
+      if (step[state] && !(bits & 1)) await command(socket, ...step[state]);
+      return axes[0].actual.last > quarterTurn;
+    },
+    60000,
+  );
+  await until(
+    "no torque",
+    async () => {
+      if (frames.at(-1).state === 1) await command(socket, "off");
+      return frames.at(-1).state === 0 || frames.at(-1).state === 5;
+    },
+    60000,
+  );
+  socket.cut();
+  await end(program);
+  servo.kill("SIGKILL");
+});
+
 test("another address needs a token, and the token lets in", async () => {
   const refused = (() => {
     try {
