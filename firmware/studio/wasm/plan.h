@@ -67,6 +67,10 @@ bool studio_plan_subject(const struct studio_plan *plan, double from_s,
 void studio_pose(const struct plan_rig *rig, const struct motion_track *track,
                  int64_t t_ns_q12, double out[STUDIO_POSE]);
 
+/* --- others.c: as the member "others" --- */
+
+void studio_plan_others(const struct studio_plan *plan, struct cJSON *report);
+
 /* --- way.c --- */
 
 /* From where every axis of the move stands, in its unit, to where it is at a time:

@@ -67,7 +67,7 @@ function boxing(session, scene, start, how) {
     end(point) {
       session.dragged.value = null;
       const isClick = Math.hypot(point.x - start.x, point.y - start.y) < stillPixels;
-      const targets = inSheet ? scene.sheetKeys : scene.keys;
+      const targets = inSheet ? scene.sheetKeys.filter((each) => !each.isOther) : scene.keys;
       const picked = isClick ? [] : inBox(targets, boxOf(start, point));
       session.selection.value = select(session.selection.value, picked, how);
     },
@@ -238,6 +238,11 @@ export function gestureAt(session, scene, point, event) {
   const handle = inSheet ? null : nearest(scene.handles, point.x, point.y, reach);
   if (handle !== null) return draggingHandle(session, scene, point, handle);
   const target = nearest(inSheet ? scene.sheetKeys : scene.keys, point.x, point.y, reach);
+  if (target?.isOther) {
+    session.place.value = { line: target.at.line, column: target.at.column };
+    session.tab.value = "Text";
+    return null;
+  }
   if (target !== null) {
     const how = event.shiftKey ? "toggle" : scene.isPicked(target.axis, target.key) ? "add" : "set";
     session.selection.value = select(session.selection.value, [target], how);
@@ -247,7 +252,7 @@ export function gestureAt(session, scene, point, event) {
   }
   if (inSheet) {
     const row = layout.rows.find((each) => isInside(each, point.x, point.y));
-    if (row) session.active.value = row.axis;
+    if (row && scene.axes.some((axis) => axis.name === row.axis)) session.active.value = row.axis;
   }
   if (event.pointerType === "touch") return panning(session, scene, point);
   return boxing(session, scene, point, event.shiftKey ? "add" : "set");

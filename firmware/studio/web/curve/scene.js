@@ -49,6 +49,7 @@ export function followScene(session, live) {
     "picked",
     "selection",
     "violations",
+    "others",
     "report",
     "playhead",
     "dragged",
@@ -62,13 +63,14 @@ export function sceneOf(session, size, colours, live) {
   const axes = session.axes.value.filter((axis) => !hidden.has(axis.name));
   const active = axes.find((axis) => axis.name === session.activeAxis.value?.name) ?? null;
   const span = session.view.value;
-  const layout = layOut(size.width, size.height, axes);
+  const rows = [...axes, ...session.others.value];
+  const layout = layOut(size.width, size.height, rows);
   const common = session.isNormalised.value ? null : commonRange(axes);
   const range = session.range.value;
   const viewFor = (order, axis) => viewOf(layout.panes[order], order, axis, span, range, common);
   const positions = (axis) => viewFor(0, axis);
   const colourOf = (name) =>
-    colours.axes[session.axes.value.find((axis) => axis.name === name)?.colour ?? 0];
+    colours.axes[session.axes.value.find((axis) => axis.name === name)?.colour] ?? colours.quiet;
   return {
     layout,
     axes,
@@ -87,7 +89,7 @@ export function sceneOf(session, size, colours, live) {
       session.picked.value.filter((each) => !hidden.has(each.axis)),
       positions,
     ),
-    sheetKeys: sheetTargets(axes, layout.rows, span, session.dragged.value?.moved),
+    sheetKeys: sheetTargets(rows, layout.rows, span, session.dragged.value?.moved),
     isPicked: (axis, key) => isSelected(session.selection.value, axis, key),
     brokenKeys: brokenKeysOf(session),
     markers: markersOf(session.report.value),

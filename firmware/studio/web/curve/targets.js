@@ -73,6 +73,7 @@ export function sheetTargets(axes, rows, span, moved) {
         at,
         x: timeToX(view, at.t),
         y: row.top + row.height / 2,
+        isOther: axis.isOther ?? false,
       });
     }
   }

@@ -34,6 +34,16 @@ export function readKeys(numbers, words) {
   return keys;
 }
 
+// Of a pose, the warp, a camera: [t, value, line, column] of each key.
+export function readOther({ kind, name, keys }) {
+  return {
+    kind,
+    name: kind === "pose" ? `pose ${name}` : name,
+    isOther: true,
+    keys: keys.map(([t, p, line, column]) => ({ t, p, line, column })),
+  };
+}
+
 // --- what is selected: indices of keys by the name of their axis
 
 export function emptySelection() {

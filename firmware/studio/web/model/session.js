@@ -3,7 +3,7 @@
 // through `edit`, `change` or a preview that is finished.
 import { batch, computed, signal } from "../vendor/ui.js";
 import { History } from "./history.js";
-import { emptySelection, readKeys, selectTimes, selectedKeys } from "./keys.js";
+import { emptySelection, readKeys, readOther, selectTimes, selectedKeys } from "./keys.js";
 import { roundFor } from "./number.js";
 
 export const columns = 800; // of samples across the view
@@ -77,6 +77,8 @@ export class Session {
     this.title = computed(() => this.report.value?.title ?? "");
     this.fps = computed(() => this.report.value?.fps ?? null);
     this.violations = computed(() => this.report.value?.violations ?? []);
+    // Keys that are no axis's: shown, and edited in the text.
+    this.others = computed(() => (this.report.value?.others ?? []).map(readOther));
     this.duration = computed(() => this.report.value?.end_s ?? 0);
     this.picked = computed(() => selectedKeys(this.axes.value, this.selection.value));
     this.activeAxis = computed(

@@ -72,3 +72,15 @@ test("a rig without kinematics has no lines", () => {
   assert.deepEqual(plan.body(1), []);
   plan.free();
 });
+
+test("keys of poses and of the warp come with their places in the text", () => {
+  const plan = planOf("poses");
+  const { others } = plan.report;
+  assert.deepEqual(
+    others.map(({ kind, name }) => `${kind} ${name}`),
+    ["pose close", "pose window", "warp warp"],
+  );
+  assert.deepEqual(others[1].keys[1], [12, 0.5, 28, 11]);
+  assert.deepEqual(others[2].keys[2].slice(0, 2), [15, 12]);
+  plan.free();
+});

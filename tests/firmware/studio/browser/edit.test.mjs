@@ -323,3 +323,24 @@ on(
   },
   { isFirst: true },
 );
+
+on(
+  "keys of poses and of the warp stand in rows of their own, and lead to their line",
+  "poses",
+  async (page) => {
+    await settle(page);
+    const at = await page.evaluate(() => {
+      const { scene } = globalThis.studio.session;
+      const key = scene.sheetKeys.find((each) => each.axis === "warp" && each.key === 2);
+      const box = document.querySelector(".curve-canvas").getBoundingClientRect();
+      return { x: box.left + key.x, y: box.top + key.y, line: key.at.line };
+    });
+    const before = await textOf(page);
+    assert.match(before.split("\n")[at.line - 1], /15 s, 12 s/);
+    await page.mouse.click(at.x, at.y);
+    await page.getByRole("tab", { name: "Text", selected: true }).waitFor();
+    assert.equal(await page.evaluate(() => globalThis.studio.session.place.value.line), at.line);
+    await picture(page, "poses");
+    assert.equal(await textOf(page), before);
+  },
+);
