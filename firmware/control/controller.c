@@ -80,7 +80,8 @@ bool controller_is_held(const struct controller *controller)
            controller->reaction == CONTROLLER_REACT_HOLD;
 }
 
-static void controller_enter_fault(struct controller *controller)
+__attribute__((cold)) static void
+controller_enter_fault(struct controller *controller)
 {
     controller_rest(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
@@ -177,8 +178,10 @@ static bool controller_stop_along(struct controller *controller)
 }
 
 /* Stop along the path if there is a ramp within the stop limits, else let the
- * drives brake by themselves. */
-static void controller_react(struct controller *controller)
+ * drives brake by themselves.  Once per fault: small rather than fast, as what
+ * calls it. */
+__attribute__((cold)) static void
+controller_react(struct controller *controller)
 {
     const bool by_profile = controller_any_by_profile(controller) ||
                             controller_any_coupled(controller);
@@ -197,9 +200,10 @@ static void controller_react(struct controller *controller)
     controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
 }
 
-void controller_raise(struct controller *controller,
-                      enum controller_fault fault, int axis, int64_t value,
-                      int64_t limit)
+__attribute__((cold)) void controller_raise(struct controller *controller,
+                                            enum controller_fault fault,
+                                            int axis, int64_t value,
+                                            int64_t limit)
 {
     const enum controller_reaction reaction = fault_table[fault].reaction;
     if (controller->fault.fault == CONTROLLER_FAULT_NONE)
@@ -379,8 +383,8 @@ static int controller_first_not(const struct controller *controller,
 }
 
 /* See controller.h. */
-bool controller_waited_for_drives(struct controller *controller,
-                                  int64_t since_ns)
+__attribute__((cold)) bool
+controller_waited_for_drives(struct controller *controller, int64_t since_ns)
 {
     const int64_t most_ns = controller->config.enable_timeout_ns;
     uint32_t steps = 0;
@@ -397,7 +401,9 @@ bool controller_waited_for_drives(struct controller *controller,
            controller->now_ns - since_ns > ENABLE_TIMES * most_ns;
 }
 
-static void controller_step_off(struct controller *controller)
+/* Without torque there is time: small rather than fast, as for a fault. */
+__attribute__((cold)) static void
+controller_step_off(struct controller *controller)
 {
     controller_keep_place(controller);
     if (!controller->enabling)
@@ -511,7 +517,8 @@ static void controller_step_stopping(struct controller *controller)
     }
 }
 
-static void controller_step_fault(struct controller *controller)
+__attribute__((cold)) static void
+controller_step_fault(struct controller *controller)
 {
     if (controller_is_held(controller)) {
         controller_send_all(controller);

@@ -123,7 +123,8 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_ARRIVAL, CONTROLLER_REACT_STOP,                         \
       "the axis was not where it was sent in time")                            \
     X(CONTROLLER_FAULT_ESTOP_CHANNELS, CONTROLLER_REACT_STOP,                  \
-      "the two channels of the e-stop disagree")
+      "the two channels of the e-stop disagree")                               \
+    X(CONTROLLER_FAULT_RUNAWAY, CONTROLLER_REACT_OFF, "the axis runs away")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
@@ -197,7 +198,9 @@ struct controller_axis {
     bool by_profile : 1;
     /* by_goals: its drive, at stands_q32, and is to stay there. */
     bool stands : 1;
-    uint8_t sent_count;               /* of sent_q32 */
+    bool is_faster : 1; /* than at its last answer */
+    unsigned away : 2;  /* ticks in a row that it has run away for */
+    uint8_t sent_count; /* of sent_q32 */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
     const struct controller_cam *cam; /* follows another axis; NULL: none */

@@ -10,6 +10,7 @@
 
 #define LOST_PER_TICK 10
 #define LOST_MAX      100 /* ten in a row */
+#define RUNAWAY_TICKS 3   /* of two bits */
 
 /* An axis that goes to goals is to stay where it stands. */
 static void watch_place(struct controller_axis *axis)
@@ -26,7 +27,9 @@ void controller_watch_read(struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         struct controller_axis *axis = &controller->axis[i];
+        const uint64_t speed = motion_fixed_abs(axis->feedback.vel_q32);
         hal_drive_feedback(axis->drive, &axis->feedback);
+        axis->is_faster = motion_fixed_abs(axis->feedback.vel_q32) > speed;
         controller_from_drive(axis, &axis->feedback);
         axis->by_profile =
             axis->feedback.state == HAL_DRIVE_ENABLED &&
@@ -116,9 +119,36 @@ static int64_t watch_allowance(const struct controller_axis_config *config,
                : config->following_floor_q32;
 }
 
+/* Beyond its following error, that grows, in three ticks with an answer of its
+ * drive: against what it is told, or away from there and faster and faster, or by
+ * a fifth faster than it may be at all.  No stop along the path is for that.  One
+ * that is slow to brake, or stands against something, does none of it: torque is
+ * what stops it.  Small rather than fast: something is wrong already. */
+__attribute__((cold, noinline)) static void
+watch_runaway(struct controller *controller, unsigned i, uint64_t before)
+{
+    struct controller_axis *axis = &controller->axis[i];
+    const int64_t most_q32 = controller->config.axis[i].limit.vel_q32;
+    const int64_t told_q32 = axis->target.vel_q32;
+    const int64_t vel_q32 = axis->feedback.vel_q32;
+    const uint64_t most = (uint64_t)most_q32;
+    const uint64_t now = motion_fixed_abs(axis->following_q32);
+    const bool is_against = told_q32 != 0 && (told_q32 ^ vel_q32) < 0;
+    const bool is_away = (axis->following_q32 ^ vel_q32) < 0;
+    if (now < before || vel_q32 == 0 ||
+        axis->feedback.state != HAL_DRIVE_ENABLED ||
+        (!is_against && !(is_away && axis->is_faster) &&
+         motion_fixed_abs(vel_q32) <= most + most / 8 + most / 16))
+        axis->away = 0;
+    else if (now > before && ++axis->away == RUNAWAY_TICKS)
+        controller_raise(controller, CONTROLLER_FAULT_RUNAWAY, (int)i, vel_q32,
+                         most_q32);
+}
+
 static void watch_following(struct controller *controller, unsigned i)
 {
     struct controller_axis *axis = &controller->axis[i];
+    const uint64_t before = motion_fixed_abs(axis->following_q32);
     int64_t demand_q32;
     if (axis->by_profile || controller->config.axis[i].by_goals ||
         axis->sent_count == 0 || !watch_demand(axis, &demand_q32) ||
@@ -126,9 +156,13 @@ static void watch_following(struct controller *controller, unsigned i)
                          &axis->following_q32) < 0)
         return;
     const int64_t most_q32 = watch_allowance(&controller->config.axis[i], axis);
-    if (motion_fixed_abs(axis->following_q32) > (uint64_t)most_q32)
-        controller_raise(controller, CONTROLLER_FAULT_FOLLOWING, (int)i,
-                         axis->following_q32, most_q32);
+    if (motion_fixed_abs(axis->following_q32) <= (uint64_t)most_q32) {
+        axis->away = 0;
+        return;
+    }
+    controller_raise(controller, CONTROLLER_FAULT_FOLLOWING, (int)i,
+                     axis->following_q32, most_q32);
+    watch_runaway(controller, i, before);
 }
 
 static void watch_standing(struct controller *controller, unsigned i)

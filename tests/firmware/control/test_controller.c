@@ -23,6 +23,7 @@ struct fake_drive {
     struct hal_drive_target given[4]; /* newest first */
     uint64_t targets;
     int64_t offset_q32; /* a slipping encoder */
+    int64_t vel_q32;    /* what it says that it does */
     int64_t frozen_ns;  /* feedback stops at this time; 0: it does not */
     bool limit_negative, limit_positive, refuse;
     int enable_ticks;
@@ -69,6 +70,7 @@ static void fake_feedback(struct hal_drive *drive,
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
         .pos_q32 = self->given[2].pos_q32 + self->offset_q32,
+        .vel_q32 = self->vel_q32,
         .t_ns = self->frozen_ns ? self->frozen_ns : fake_now_ns - MS,
         .demand_age_ns = 2 * MS,
         .limit_negative = self->limit_negative,
@@ -604,6 +606,64 @@ static void a_fault_stops_the_group_along_the_path(void **state)
     }
 }
 
+/* Its loop drives it away from where it is told to be; or it stands; or it goes
+ * on ahead of its set points, no faster than it was, as one that is slow to
+ * brake. */
+enum follows {
+    RUNS_AGAINST,
+    RUNS_TOO_FAST,
+    RUNS_AHEAD,
+    STANDS,
+    BRAKES_TOO_LATE,
+    FOLLOWS
+};
+
+static void follow_badly(struct fake_drive *drive, enum follows how)
+{
+    const int64_t told_q32 = drive->given[2].vel_q32;
+    static const struct {
+        int64_t beside, vel; /* of what it is told, in halves */
+    } row[FOLLOWS] = { { -4, -2 }, { 4, 4 }, { 2, 2 }, { -2, 0 }, { 2, 1 } };
+    drive->offset_q32 += told_q32 / 2000 * row[how].beside;
+    if (how == RUNS_AHEAD)
+        drive->vel_q32 += told_q32 / 1000;
+    else
+        drive->vel_q32 = told_q32 / 2 * row[how].vel;
+}
+
+/* The following error is a stop along the path; in the third tick of running
+ * away torque is gone. */
+static void an_axis_that_runs_away_has_no_torque_in_three_ticks(void **state)
+{
+    static struct bench bench;
+    struct controller *c = &bench.controller;
+    (void)state;
+    for (enum follows how = RUNS_AGAINST; how < FOLLOWS; how++) {
+        bench_moving(&bench, 110, 1000);
+        bench.config[0].limit.vel_q32 = bench.drive[0].given[2].vel_q32;
+        int ticks = 0;
+        while (c->fault.fault == CONTROLLER_FAULT_NONE && ticks++ < 200) {
+            follow_badly(&bench.drive[0], how);
+            bench_tick(&bench);
+        }
+        assert_int_equal(c->fault.fault, CONTROLLER_FAULT_FOLLOWING);
+        assert_int_equal(c->reaction, CONTROLLER_REACT_STOP);
+        for (int n = 0; n < 2; n++) {
+            assert_int_not_equal(c->reaction, CONTROLLER_REACT_OFF);
+            follow_badly(&bench.drive[0], how);
+            bench_tick(&bench);
+        }
+        const bool is_off = how < STANDS;
+        assert_int_equal(c->reaction,
+                         is_off ? CONTROLLER_REACT_OFF : CONTROLLER_REACT_STOP);
+        for (unsigned i = 0; i < AXES; i++)
+            assert_int_equal(bench.drive[i].request,
+                             is_off ? HAL_DRIVE_REQUEST_OFF
+                                    : HAL_DRIVE_REQUEST_ENABLE);
+        assert_int_equal(c->fault.fault, CONTROLLER_FAULT_FOLLOWING);
+    }
+}
+
 static void a_second_fault_is_not_recorded_and_does_not_soften(void **state)
 {
     (void)state;
@@ -933,6 +993,7 @@ int main(void)
         cmocka_unit_test(every_fault_latches_and_nothing_restarts),
         cmocka_unit_test(a_fault_stops_the_group_along_the_path),
         cmocka_unit_test(a_second_fault_is_not_recorded_and_does_not_soften),
+        cmocka_unit_test(an_axis_that_runs_away_has_no_torque_in_three_ticks),
         cmocka_unit_test(a_bus_that_is_gone_is_off_at_once),
         cmocka_unit_test(another_master_stops_the_group_along_the_path),
         cmocka_unit_test(

@@ -31,7 +31,7 @@ static void print_tally(const struct stateful_tally *tally)
     for (int k = 0; k < HOMING_STATES; k++)
         printf("  %8" PRIu64 " times homing %s\n", tally->homing[k],
                homing_state_text((enum homing_state)k));
-    for (int k = 1; k <= CONTROLLER_FAULT_ARRIVAL; k++)
+    for (int k = 1; k <= CONTROLLER_FAULT_RUNAWAY; k++)
         printf("  %8" PRIu64 " times: %s\n", tally->fault[k],
                controller_fault_text((enum controller_fault)k));
     printf("  %8" PRIu64 " goals sent\n", tally->goals);

@@ -106,7 +106,7 @@ ROWS = [
     ("following error: encoder stuck", "dolly",
      "fault: stuck_encoder, axis: dolly", FOLLOW, "dolly", "STOP", "error", T),
     ("runaway", "dolly", "fault: runaway, axis: pan",
-     (FOLLOW, DRIVE), "pan", "STOP", "error", 3 * T),
+     (FOLLOW, DRIVE), "pan", "OFF", "error", 3 * T),
     ("limit switch", "dolly",
      "fault: stuck_switch, line: far, level: active", "limit switch", "dolly",
      "STOP", 0, 2 * T),
