@@ -88,7 +88,7 @@ function drawSheet(context, scene) {
     context.fillRect(row.left, row.top + 1, row.width, row.height - 2);
     context.textAlign = "right";
     context.fillStyle = isActive ? colours.text : colours.quiet;
-    context.fillText(row.axis.slice(0, 11), row.left - 6, row.top + row.height / 2);
+    context.fillText(row.label.slice(0, 11), row.left - 6, row.top + row.height / 2);
   }
   clipTo(context, layout.sheet, () => drawKeys(context, scene, scene.sheetKeys, () => false));
 }

@@ -27,6 +27,7 @@ export function layOut(width, height, axes) {
     sheet: { left, top: sheetTop, width: inner, height: count * rowHeight },
     rows: axes.slice(0, count).map((axis, i) => ({
       axis: axis.name,
+      label: axis.label ?? axis.name,
       left,
       top: sheetTop + i * rowHeight,
       width: inner,

@@ -39,6 +39,7 @@ export function readOther({ kind, name, keys }) {
   return {
     kind,
     name: kind === "pose" ? `pose ${name}` : name,
+    label: name,
     isOther: true,
     keys: keys.map(([t, p, line, column]) => ({ t, p, line, column })),
   };
