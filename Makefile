@@ -173,9 +173,9 @@ $(B)/lib%.a:
 
 $(B)/firmware/host/%.o $(B)/firmware/linux/%.o $(B)/firmware/studio/%.o \
     $(B)/hal/linux/%.o $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
-# Plants in double: the same bits with every compiler, so no multiply-add that
-# only some machines have.
-$(B)/sim/physics/%.o: ALL_CFLAGS += -ffp-contract=off
+# Plants and plans in double: the same bits with every compiler, so no
+# multiply-add that only some machines have.
+$(B)/sim/physics/%.o $(B)/motion/plan/%.o $(B)/firmware/host/%.o: ALL_CFLAGS += -ffp-contract=off
 # Position-independent, so that one set of objects serves the program and
 # libslew.so; none of our functions is there to be replaced by another's, so a
 # file may inline its own.

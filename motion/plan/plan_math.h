@@ -1,0 +1,38 @@
+/* motion/plan/plan_math.h - elementary functions in double, the same bits on
+ * every machine.
+ *
+ * Those of C libraries differ in their last bit, so that a move would depend on
+ * where it was planned: on a PC, in a browser, with which glibc.  These use only
+ * what IEEE 754 rounds correctly: + - * / and square roots, powers of two,
+ * and no multiply-add (-ffp-contract=off).  Errors are relative to the result, a
+ * few 2^-53, unless said otherwise; arguments are finite.
+ *
+ * Source: J.-M. Muller, Elementary Functions (2016), 11.1 for the reductions;
+ * the series are Taylor's, cut where a term is below 2^-56. */
+#ifndef MOTION_PLAN_PLAN_MATH_H
+#define MOTION_PLAN_PLAN_MATH_H
+
+#define PLAN_MATH_PI 3.14159265358979323846
+
+/* Natural, of x > 0. */
+double plan_math_log(double x);
+/* 0 below -745, infinite above 709. */
+double plan_math_exp(double x);
+/* x^n, n >= 0. */
+double plan_math_power(double x, unsigned n);
+double plan_math_cbrt(double x);
+/* |x| < 2^20; error 2^-51 absolute. */
+double plan_math_sin(double x);
+double plan_math_cos(double x);
+double plan_math_atan(double x);
+/* -1 .. 1. */
+double plan_math_acos(double x);
+/* |x| < 1. */
+double plan_math_atanh(double x);
+/* sinh(k) / k and (cosh(k) - 1) / k^2 with k^2 = z; sin(k) / k and
+ * (1 - cos(k)) / k^2 with k^2 = -z where z < 0, down to k = 2^20. */
+void plan_math_sinch(double z, double *sinch, double *cosh1);
+/* The square root of x^2 + y^2, where neither square is out of range. */
+double plan_math_hypot(double x, double y);
+
+#endif
