@@ -5,14 +5,8 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
-#include "motion/plan/camera/plan_bake.h"
-#include "motion/plan/plan_error.h"
-#include "motion/plan/plan_track.h"
+#include "motion/plan/camera/plan_along.h"
 
-/* Steps of the walk, at least, and per border: whole turns go on from row to
- * row. */
-#define CARRY_ROWS        2048
-#define CARRY_BORDER_ROWS 4
 /* Of the largest pivot of the normal equations: below, axes are not determined. */
 #define CARRY_SINGULAR 1e-12
 #define CARRY_UNKNOWNS 3
@@ -24,33 +18,27 @@ struct carry_row {
 struct carry {
     const struct plan_path *path;
     const struct plan_rig *rig;
-    struct plan_error *error;
-    struct motion_track place[PLAN_SPACE_AXES];
-    struct plan_bake bake;
+    struct plan_along along;
     struct carry_row *row; /* rows + 1 */
-    uint32_t rows;
     /* Axes that move as one, the two motors of a gantry: the unknown of each,
      * or none. */
     int unknown[MOTION_CARRIER_AXES_MAX], unknowns;
-    int64_t last_ns_q12;
 };
 
-static int carry_refuse(const struct carry *self, int err, int64_t t)
+static const char *carry_refusal(int err)
 {
-    const char *what = motion_err_text(err);
-
-    if (err == MOTION_E_UNREACHABLE || err == MOTION_E_LIMIT)
-        what = "the path is out of reach of what carries the head";
-    if (err == MOTION_E_SINGULAR)
-        what = "the axes that carry the head are not determined by the path";
-    if (err == MOTION_E_WORK)
-        what = "the path takes too much work to plan: give it a larger "
-               "tolerance";
-    if (err == MOTION_E_TOLERANCE)
-        what = "the axes that carry the head would have to be too fast to be "
+    switch (err) {
+    case MOTION_E_UNREACHABLE:
+    case MOTION_E_LIMIT:
+        return "the path is out of reach of what carries the head";
+    case MOTION_E_SINGULAR:
+        return "the axes that carry the head are not determined by the path";
+    case MOTION_E_TOLERANCE:
+        return "the axes that carry the head would have to be too fast to be "
                "planned: go slower, or stay away from where they turn over";
-    return plan_error_set(self->error, err, self->path->place, "at %.3f s %s",
-                          (double)t / (double)MOTION_FIXED_S_Q12, what);
+    default:
+        return NULL;
+    }
 }
 
 /* ---- positions ----------------------------------------------------------- */
@@ -61,7 +49,7 @@ static struct plan_jet_vec carry_place(const struct carry *self, int64_t t,
     struct plan_jet_vec at;
 
     for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        at.x[i] = plan_rig_track(&self->place[i], t, side);
+        at.x[i] = plan_rig_track(&self->along.place[i], t, side);
     return at;
 }
 
@@ -90,28 +78,22 @@ static int carry_find(const struct carry *self, struct plan_jet_vec at,
                : err;
 }
 
-static int64_t carry_end(const struct carry *self)
+static int carry_begin(void *context)
 {
-    return self->bake.border_ns_q12[self->bake.borders - 1];
+    struct carry *self = context;
+
+    self->row = calloc((size_t)self->along.rows + 1, sizeof *self->row);
+    return self->row != NULL ? MOTION_OK : MOTION_E_FULL;
 }
 
-static int carry_walk(struct carry *self)
+/* Whole turns go on from row to row. */
+static int carry_row(void *context, uint32_t row, int64_t t)
 {
-    self->rows = CARRY_BORDER_ROWS * self->bake.borders;
-    self->rows = self->rows > CARRY_ROWS ? self->rows : CARRY_ROWS;
-    self->row = calloc((size_t)self->rows + 1, sizeof *self->row);
-    if (self->row == NULL)
-        return carry_refuse(self, MOTION_E_FULL, 0);
-    for (uint32_t i = 0; i <= self->rows; i++) {
-        int64_t t = 0;
-        (void)motion_fixed_muldiv(carry_end(self), i, self->rows, &t);
-        int err = carry_find(self, carry_place(self, t, MOTION_BAKE_LEFT),
-                             i == 0 ? NULL : self->row[i - 1].axis_q32,
-                             self->row[i].axis_q32);
-        if (err < 0)
-            return carry_refuse(self, err, t);
-    }
-    return MOTION_OK;
+    const struct carry *self = context;
+
+    return carry_find(self, carry_place(self, t, MOTION_BAKE_LEFT),
+                      row == 0 ? NULL : self->row[row - 1].axis_q32,
+                      self->row[row].axis_q32);
 }
 
 /* ---- derivatives --------------------------------------------------------- */
@@ -210,19 +192,18 @@ static bool carry_derive(const struct carry *self, struct plan_jet_vec at,
     return true;
 }
 
-/* A source of the baker: the axes that the rig has, in their order. */
+/* The axes that the rig has, in their order. */
 static int carry_at(void *context, int64_t t, enum motion_bake_side side,
                     struct motion_bake_point point[])
 {
     struct carry *self = context;
     const struct plan_jet_vec at = carry_place(self, t, side);
     struct plan_jet axis[MOTION_CARRIER_AXES_MAX] = { { 0, 0, 0 } };
-    int64_t axis_q32[MOTION_CARRIER_AXES_MAX] = { 0 }, row = 0;
+    int64_t axis_q32[MOTION_CARRIER_AXES_MAX] = { 0 };
     uint32_t n = 0;
-
-    self->last_ns_q12 = t;
-    (void)motion_fixed_muldiv(t, self->rows, carry_end(self), &row);
-    int err = carry_find(self, at, self->row[row].axis_q32, axis_q32);
+    const int err = carry_find(
+        self, at, self->row[plan_along_row(&self->along, t)].axis_q32,
+        axis_q32);
     if (err < 0)
         return err;
     for (int i = 0; i < MOTION_CARRIER_AXES_MAX; i++)
@@ -251,53 +232,30 @@ static void carry_unknowns(struct carry *self)
     }
 }
 
-static int carry_bake(struct carry *self, struct motion_track track[],
-                      int64_t *bound_q32)
-{
-    struct motion_track *list[MOTION_CARRIER_AXES_MAX];
-    struct motion_bake_report report;
-
-    self->bake.source = (struct motion_bake_source){ carry_at, self };
-    self->bake.tolerance_q32 = self->path->tolerance_q32;
-    for (int i = 0; i < MOTION_CARRIER_AXES_MAX; i++)
-        if (self->rig->carrier[i].is_given)
-            list[self->bake.axes++] = &track[self->rig->carrier[i].axis];
-    int err = plan_bake_tracks(&self->bake, list, &report);
-    if (err < 0)
-        err = carry_refuse(self, err, self->last_ns_q12);
-    for (uint32_t i = 0; i < self->bake.axes; i++) {
-        plan_bake_bound(&report, i, bound_q32);
-        if (err < 0)
-            plan_track_free(list[i]);
-        else
-            plan_track_trim(list[i]);
-    }
-    return err;
-}
-
 int plan_carry_tracks(const struct plan_path *path, struct plan_drive *drive,
                       struct motion_track track[], int64_t *bound_q32,
                       struct plan_error *error)
 {
-    struct carry self = { .path = path, .rig = path->carrier, .error = error };
-    const struct motion_track *cause[PLAN_SPACE_AXES];
-    int err = plan_path_places(path, drive, self.place, error);
+    struct motion_track *list[MOTION_CARRIER_AXES_MAX];
+    uint32_t axes = 0;
+    struct carry self = {
+        .path = path,
+        .rig = path->carrier,
+        .along = { .path = path,
+                   .error = error,
+                   .context = &self,
+                   .begin = carry_begin,
+                   .row = carry_row,
+                   .at = carry_at,
+                   .refusal = carry_refusal },
+    };
 
     carry_unknowns(&self);
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        cause[i] = &self.place[i];
-    if (err == MOTION_OK &&
-        plan_bake_borders(&self.bake, cause, PLAN_SPACE_AXES) < 0)
-        err = carry_refuse(&self, MOTION_E_FULL, 0);
-    if (err == MOTION_OK)
-        err = carry_walk(&self);
-    if (err == MOTION_OK)
-        err = carry_bake(&self, track, bound_q32);
-    if (err < 0)
-        plan_drive_free(drive);
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        plan_track_free(&self.place[i]);
-    plan_bake_free(&self.bake);
+    for (int i = 0; i < MOTION_CARRIER_AXES_MAX; i++)
+        if (self.rig->carrier[i].is_given)
+            list[axes++] = &track[self.rig->carrier[i].axis];
+    const int err =
+        plan_along_tracks(&self.along, drive, list, axes, bound_q32);
     free(self.row);
     return err;
 }

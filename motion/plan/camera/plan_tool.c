@@ -5,15 +5,9 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
-#include "motion/plan/camera/plan_bake.h"
-#include "motion/plan/plan_error.h"
-#include "motion/plan/plan_track.h"
+#include "motion/plan/camera/plan_along.h"
 #include "motion/plan/rig/plan_arm.h"
 
-/* Steps of the walk, at least, and per border: from row to row the joints go on
- * in small steps, and what looks at one time starts from the row before it. */
-#define TOOL_ROWS        2048
-#define TOOL_BORDER_ROWS 4
 /* A joint that turns by more from row to row has gone to another branch. */
 #define TOOL_JUMP 0.7 /* rad */
 /* A view so near to the vertical has no horizon. */
@@ -26,37 +20,30 @@ struct tool_row {
 struct tool {
     const struct plan_path *path;
     const struct plan_arm *arm;
-    struct plan_error *error;
-    struct motion_track place[PLAN_SPACE_AXES];
-    struct plan_bake bake;
+    struct plan_along along;
     struct tool_row *row; /* rows + 1 */
-    uint32_t rows;
-    int64_t last_ns_q12;
 };
 
-static int tool_refuse(const struct tool *self, int err, int64_t t)
+static const char *tool_refusal(int err)
 {
-    const char *what = motion_err_text(err);
-
-    if (err == MOTION_E_UNREACHABLE)
-        what = "the path is out of reach of the arm";
-    if (err == MOTION_E_LIMIT)
-        what = "the arm has no answer within the limits of its joints near "
+    switch (err) {
+    case MOTION_E_UNREACHABLE:
+        return "the path is out of reach of the arm";
+    case MOTION_E_LIMIT:
+        return "the arm has no answer within the limits of its joints near "
                "the joints that `near` gives";
-    if (err == MOTION_E_SINGULAR)
-        what = "the joints are not determined: the arm is stretched out, or "
+    case MOTION_E_SINGULAR:
+        return "the joints are not determined: the arm is stretched out, or "
                "two of its axes are in line, or the view is vertical";
-    if (err == MOTION_E_DISCONTINUITY)
-        what = "the arm would have to turn over into another branch";
-    if (err == MOTION_E_WORK)
-        what = "the path takes too much work to plan: give it a larger "
-               "tolerance";
-    if (err == MOTION_E_TOLERANCE)
-        what = "the joints would have to be too fast to be planned: go "
+    case MOTION_E_DISCONTINUITY:
+        return "the arm would have to turn over into another branch";
+    case MOTION_E_TOLERANCE:
+        return "the joints would have to be too fast to be planned: go "
                "slower, or stay away from where the arm is stretched out or "
                "two axes are in line";
-    return plan_error_set(self->error, err, self->path->place, "at %.3f s %s",
-                          (double)t / (double)MOTION_FIXED_S_Q12, what);
+    default:
+        return NULL;
+    }
 }
 
 /* ---- where the tool is to be --------------------------------------------- */
@@ -117,7 +104,7 @@ static int tool_pose(const struct tool *self, int64_t t, int side,
     double at[3];
 
     for (int i = 0; i < PLAN_SPACE_AXES; i++) {
-        camera->pupil.x[i] = plan_rig_track(&self->place[i], t, side);
+        camera->pupil.x[i] = plan_rig_track(&self->along.place[i], t, side);
         at[i] = ldexp((double)tool->at_q32[i], -32);
     }
     if (tool->looks)
@@ -133,11 +120,6 @@ static int tool_pose(const struct tool *self, int64_t t, int side,
 }
 
 /* ---- joints -------------------------------------------------------------- */
-
-static int64_t tool_end(const struct tool *self)
-{
-    return self->bake.border_ns_q12[self->bake.borders - 1];
-}
 
 /* The flange when the tool is there: its rotation by columns, in integers. */
 static int tool_flange(const struct tool *self,
@@ -209,68 +191,37 @@ static int tool_find(const struct tool *self, int64_t t, int side,
     return err;
 }
 
-static int tool_walk(struct tool *self)
+static int tool_begin(void *context)
 {
-    double before[MOTION_ARM_JOINTS_MAX];
-    int err = tool_first(self, before);
+    struct tool *self = context;
 
-    if (err < 0)
-        return tool_refuse(self, err, 0);
-    self->rows = TOOL_BORDER_ROWS * self->bake.borders;
-    self->rows = self->rows > TOOL_ROWS ? self->rows : TOOL_ROWS;
-    self->row = calloc((size_t)self->rows + 1, sizeof *self->row);
-    if (self->row == NULL)
-        return tool_refuse(self, MOTION_E_FULL, 0);
-    for (uint32_t i = 0; i <= self->rows; i++) {
-        struct plan_jet joint[MOTION_ARM_JOINTS_MAX];
-        int64_t t = 0;
-        (void)motion_fixed_muldiv(tool_end(self), i, self->rows, &t);
-        err = tool_find(self, t, MOTION_BAKE_LEFT, before, joint);
-        if (err < 0)
-            return tool_refuse(self, err, t);
-        for (uint32_t k = 0; k < self->arm->arm.count; k++)
-            self->row[i].joint[k] = before[k] = joint[k].p;
-    }
-    return MOTION_OK;
+    self->row = calloc((size_t)self->along.rows + 1, sizeof *self->row);
+    return self->row != NULL ? tool_first(self, self->row[0].joint)
+                             : MOTION_E_FULL;
 }
 
-/* A source of the baker: the axes of the joints. */
+static int tool_row(void *context, uint32_t row, int64_t t)
+{
+    struct tool *self = context;
+    struct plan_jet joint[MOTION_ARM_JOINTS_MAX];
+    const int err = tool_find(self, t, MOTION_BAKE_LEFT,
+                              self->row[row > 0 ? row - 1 : 0].joint, joint);
+
+    for (uint32_t k = 0; k < self->arm->arm.count && err == MOTION_OK; k++)
+        self->row[row].joint[k] = joint[k].p;
+    return err;
+}
+
 static int tool_at(void *context, int64_t t, enum motion_bake_side side,
                    struct motion_bake_point point[])
 {
     struct tool *self = context;
     struct plan_jet joint[MOTION_ARM_JOINTS_MAX];
-    int64_t row = 0;
+    const int err = tool_find(
+        self, t, side, self->row[plan_along_row(&self->along, t)].joint, joint);
 
-    self->last_ns_q12 = t;
-    (void)motion_fixed_muldiv(t, self->rows, tool_end(self), &row);
-    int err = tool_find(self, t, side, self->row[row].joint, joint);
     for (uint32_t i = 0; i < self->arm->arm.count && err == MOTION_OK; i++)
         point[i] = plan_bake_point(plan_arm_axis(self->arm, i, joint[i]));
-    return err;
-}
-
-static int tool_bake(struct tool *self, struct motion_track track[],
-                     int64_t *bound_q32)
-{
-    struct motion_track *list[MOTION_ARM_JOINTS_MAX];
-    struct motion_bake_report report;
-
-    self->bake.source = (struct motion_bake_source){ tool_at, self };
-    self->bake.tolerance_q32 = self->path->tolerance_q32;
-    self->bake.axes = self->arm->arm.count;
-    for (uint32_t i = 0; i < self->bake.axes; i++)
-        list[i] = &track[self->arm->axis[i].axis];
-    int err = plan_bake_tracks(&self->bake, list, &report);
-    if (err < 0)
-        err = tool_refuse(self, err, self->last_ns_q12);
-    for (uint32_t i = 0; i < self->bake.axes; i++) {
-        plan_bake_bound(&report, i, bound_q32);
-        if (err < 0)
-            plan_track_free(list[i]);
-        else
-            plan_track_trim(list[i]);
-    }
     return err;
 }
 
@@ -278,26 +229,23 @@ int plan_tool_tracks(const struct plan_path *path, struct plan_drive *drive,
                      struct motion_track track[], int64_t *bound_q32,
                      struct plan_error *error)
 {
-    struct tool self = { .path = path,
-                         .arm = &path->carrier->arm,
-                         .error = error };
-    const struct motion_track *cause[PLAN_SPACE_AXES];
-    int err = plan_path_places(path, drive, self.place, error);
+    struct motion_track *list[MOTION_ARM_JOINTS_MAX];
+    struct tool self = {
+        .path = path,
+        .arm = &path->carrier->arm,
+        .along = { .path = path,
+                   .error = error,
+                   .context = &self,
+                   .begin = tool_begin,
+                   .row = tool_row,
+                   .at = tool_at,
+                   .refusal = tool_refusal },
+    };
 
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        cause[i] = &self.place[i];
-    if (err == MOTION_OK &&
-        plan_bake_borders(&self.bake, cause, PLAN_SPACE_AXES) < 0)
-        err = tool_refuse(&self, MOTION_E_FULL, 0);
-    if (err == MOTION_OK)
-        err = tool_walk(&self);
-    if (err == MOTION_OK)
-        err = tool_bake(&self, track, bound_q32);
-    if (err < 0)
-        plan_drive_free(drive);
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        plan_track_free(&self.place[i]);
-    plan_bake_free(&self.bake);
+    for (uint32_t i = 0; i < self.arm->arm.count; i++)
+        list[i] = &track[self.arm->axis[i].axis];
+    const int err = plan_along_tracks(&self.along, drive, list,
+                                      self.arm->arm.count, bound_q32);
     free(self.row);
     return err;
 }
