@@ -43,6 +43,12 @@ int rig_read_quantity(struct rig_reader *reader, const struct yaml_value *value,
                       enum units_quantity quantity, int64_t *out);
 int rig_read_positive(struct rig_reader *reader, const struct yaml_value *value,
                       enum units_quantity quantity, int64_t *out);
+/* A number, such as 3 or 30 %, and a frequency, from `low` to `high`. */
+int rig_read_share(struct rig_reader *reader, const struct yaml_value *value,
+                   double low, double high, double *out);
+int rig_read_frequency(struct rig_reader *reader,
+                       const struct yaml_value *value, double low_hz,
+                       double high_hz, double *out_hz);
 /* A time of whole `step`s (1 us or 1 ms) from min to max. */
 int rig_read_time(struct rig_reader *reader, const struct yaml_value *value,
                   int64_t min_ns, int64_t max_ns, int64_t step_ns,

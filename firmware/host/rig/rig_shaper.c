@@ -1,10 +1,6 @@
 /* firmware/host/rig/rig_shaper.c - the input shaper of an axis. */
 #include "firmware/host/rig/rig_parts.h"
 
-#include <math.h>
-
-#include "motion/core/fixed.h"
-
 const char *const rig_shaper_kinds[PLAN_SHAPER_KINDS] = {
 #define RIG_SHAPER_WORD(name, word, impulses) word,
     PLAN_SHAPER_LIST(RIG_SHAPER_WORD)
@@ -14,7 +10,6 @@ const char *const rig_shaper_kinds[PLAN_SHAPER_KINDS] = {
 /* Longer than any axis swings, shorter than any tick of a drive that answers. */
 #define RIG_SHAPER_MIN_HZ 0.1
 #define RIG_SHAPER_MAX_HZ 200.0
-#define RIG_MRAD_PER_HZ   6283.185307179586
 
 static int rig_read_shaper_kind(void *reader, const struct yaml_value *value,
                                 void *out)
@@ -32,41 +27,14 @@ static int rig_read_shaper_kind(void *reader, const struct yaml_value *value,
 static int rig_read_shaper_frequency(void *reader,
                                      const struct yaml_value *value, void *out)
 {
-    char quote[YAML_QUOTE_MAX];
-    int64_t mrad_s;
-
-    if (rig_read_quantity(reader, value, UNITS_FREQUENCY, &mrad_s) < 0)
-        return -1;
-    const double hz = (double)mrad_s / RIG_MRAD_PER_HZ;
-    if (hz < RIG_SHAPER_MIN_HZ - 1e-4 || hz > RIG_SHAPER_MAX_HZ + 1e-4)
-        return yaml_value_refuse(value, "%s is out of range",
-                                 yaml_value_quote(quote, value));
-    *(double *)out = hz;
-    return 0;
-}
-
-static int rig_read_shaper_ratio(struct rig_reader *reader,
-                                 const struct yaml_value *value, double low,
-                                 double high, double *out)
-{
-    char quote[YAML_QUOTE_MAX];
-    int64_t ratio_q32;
-
-    if (rig_read_quantity(reader, value, UNITS_RATIO, &ratio_q32) < 0)
-        return -1;
-    *out = (double)ratio_q32 / (double)MOTION_FIXED_ONE_Q32;
-    if (*out < low - 1e-9 || *out > high + 1e-9)
-        return yaml_value_refuse(value, "%s is out of range",
-                                 yaml_value_quote(quote, value));
-    *out = fmin(fmax(*out, low), high);
-    return 0;
+    return rig_read_frequency(reader, value, RIG_SHAPER_MIN_HZ,
+                              RIG_SHAPER_MAX_HZ, out);
 }
 
 static int rig_read_shaper_damping(void *reader, const struct yaml_value *value,
                                    void *out)
 {
-    return rig_read_shaper_ratio(reader, value, 0, PLAN_SHAPER_DAMPING_MAX,
-                                 out);
+    return rig_read_share(reader, value, 0, PLAN_SHAPER_DAMPING_MAX, out);
 }
 
 static int rig_read_shaper_residual(void *reader,
@@ -78,7 +46,7 @@ static int rig_read_shaper_residual(void *reader,
         axis->shaper.kind != PLAN_SHAPER_EI2)
         return yaml_value_refuse(value, "is not used by kind %s",
                                  plan_shaper_word(axis->shaper.kind));
-    return rig_read_shaper_ratio(reader, value, 0.001, 0.3, out);
+    return rig_read_share(reader, value, 0.001, 0.3, out);
 }
 
 static const struct yaml_field rig_shaper_fields[] = {

@@ -2,57 +2,28 @@
  * see sim/physics/mechanics.h. */
 #include "firmware/host/rig/rig_parts.h"
 
-#include "motion/core/fixed.h"
-
-#define LOAD_MRAD_PER_HZ 6283.185307179586
-
-static int load_read_number(struct rig_reader *reader,
-                            const struct yaml_value *value, double low,
-                            double high, double *out)
-{
-    char quote[YAML_QUOTE_MAX];
-    int64_t ratio_q32;
-
-    if (rig_read_quantity(reader, value, UNITS_RATIO, &ratio_q32) < 0)
-        return -1;
-    *out = (double)ratio_q32 / (double)MOTION_FIXED_ONE_Q32;
-    if (*out < low - 1e-9 || *out > high + 1e-9)
-        return yaml_value_refuse(value, "%s is out of range",
-                                 yaml_value_quote(quote, value));
-    return 0;
-}
-
 static int load_read_inertia(void *reader, const struct yaml_value *value,
                              void *out)
 {
-    return load_read_number(reader, value, 0.01, 1000, out);
+    return rig_read_share(reader, value, 0.01, 1000, out);
 }
 
 static int load_read_damping(void *reader, const struct yaml_value *value,
                              void *out)
 {
-    return load_read_number(reader, value, 0, 1, out);
+    return rig_read_share(reader, value, 0, 1, out);
 }
 
 static int load_read_frequency(void *reader, const struct yaml_value *value,
                                void *out)
 {
-    char quote[YAML_QUOTE_MAX];
-    int64_t mrad_s;
-
-    if (rig_read_quantity(reader, value, UNITS_FREQUENCY, &mrad_s) < 0)
-        return -1;
-    *(double *)out = (double)mrad_s / LOAD_MRAD_PER_HZ;
-    if (mrad_s < 628 || mrad_s > 3141593)
-        return yaml_value_refuse(value, "%s is out of range",
-                                 yaml_value_quote(quote, value));
-    return 0;
+    return rig_read_frequency(reader, value, 0.1, 500, out);
 }
 
 static int load_read_viscous(void *reader, const struct yaml_value *value,
                              void *out)
 {
-    return load_read_number(reader, value, 0, 1000, out);
+    return rig_read_share(reader, value, 0, 1000, out);
 }
 
 static int load_read_backlash(void *reader, const struct yaml_value *value,

@@ -2,8 +2,12 @@
  * rig.yaml has. */
 #include "firmware/host/rig/rig_parts.h"
 
+#include <math.h>
+
 #include "firmware/host/yaml/yaml_units.h"
 #include "motion/core/fixed.h"
+
+#define RIG_MRAD_PER_HZ 6283.185307179586
 
 int rig_read_quantity(struct rig_reader *reader, const struct yaml_value *value,
                       enum units_quantity quantity, int64_t *out)
@@ -22,6 +26,41 @@ int rig_read_positive(struct rig_reader *reader, const struct yaml_value *value,
         return yaml_value_refuse(value, "%s is not above zero",
                                  yaml_value_quote(quote, value));
     return 0;
+}
+
+static int rig_within(const struct yaml_value *value, double low, double high,
+                      double slack, double *number)
+{
+    char quote[YAML_QUOTE_MAX];
+
+    if (*number < low - slack || *number > high + slack)
+        return yaml_value_refuse(value, "%s is out of range",
+                                 yaml_value_quote(quote, value));
+    *number = fmin(fmax(*number, low), high);
+    return 0;
+}
+
+int rig_read_share(struct rig_reader *reader, const struct yaml_value *value,
+                   double low, double high, double *out)
+{
+    int64_t ratio_q32;
+
+    if (rig_read_quantity(reader, value, UNITS_RATIO, &ratio_q32) < 0)
+        return -1;
+    *out = (double)ratio_q32 / (double)MOTION_FIXED_ONE_Q32;
+    return rig_within(value, low, high, 1e-9, out);
+}
+
+int rig_read_frequency(struct rig_reader *reader,
+                       const struct yaml_value *value, double low_hz,
+                       double high_hz, double *out_hz)
+{
+    int64_t mrad_s;
+
+    if (rig_read_quantity(reader, value, UNITS_FREQUENCY, &mrad_s) < 0)
+        return -1;
+    *out_hz = (double)mrad_s / RIG_MRAD_PER_HZ;
+    return rig_within(value, low_hz, high_hz, 1e-4, out_hz);
 }
 
 int rig_read_velocity(void *reader, const struct yaml_value *value, void *out)
