@@ -56,8 +56,10 @@ struct import_format {
 /* Ends with a row whose name is NULL. */
 extern const struct import_format import_format[];
 const struct import_format *import_format_find(const char *name);
-/* "no format foo, expected kuper, ... or blender"; written into `message`. */
-void import_format_unknown(const char *name, char message[YAML_MESSAGE_MAX]);
+/* "no format foo, expected kuper, ... or blender"; written into `message`.
+ * `also` is one more that the command has; NULL: none. */
+void import_format_unknown(const char *name, const char *also,
+                           char message[YAML_MESSAGE_MAX]);
 
 /* "pan,-,tilt".  0, or -1 with the sentence written. */
 int import_wish_columns(struct import_wish *wish, const char *text,

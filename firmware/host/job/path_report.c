@@ -137,6 +137,23 @@ static void path_warp_text(const struct job *job, FILE *file)
             path_double(job->outcome.warp_bound));
 }
 
+/* How far the axes are from where the path in space requires them. */
+static void path_carrier_text(const struct job *job, FILE *file)
+{
+    const struct plan_rig *carrier = job->move.path->carrier;
+    if (carrier == NULL)
+        return;
+    const double bound = number_double(job->outcome.carrier_bound_q32, 32);
+    if (carrier->arm.arm.count > 0)
+        fprintf(file, "arm:  joints within %.1g of what the path requires\n",
+                bound);
+    else
+        fprintf(file,
+                "rig:  what carries the head within %.1g of its axes on "
+                "the path\n",
+                bound);
+}
+
 void path_report_text(const struct job *job, FILE *file)
 {
     const struct plan_path *path = path_of(job);
@@ -162,11 +179,7 @@ void path_report_text(const struct job *job, FILE *file)
             "      at most %s %s/s along it, at %s s; baked in %u segments, "
             "axes within %.1g %s\n",
             speed, unit, t, drive->segments, path_bound(job), unit);
-    if (job->move.path->carrier != NULL)
-        fprintf(file,
-                "rig:  what carries the head within %.1g of its axes on "
-                "the path\n",
-                number_double(job->outcome.carrier_bound_q32, 32));
+    path_carrier_text(job, file);
     path_camera_text(job, file);
     path_warp_text(job, file);
 }

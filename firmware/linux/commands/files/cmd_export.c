@@ -100,7 +100,7 @@ static enum status cmd_export_run(const struct options *options)
     const struct import_format *format = import_format_find(options->path[0]);
     char message[YAML_MESSAGE_MAX];
     if (format == NULL || format->write == NULL) {
-        import_format_unknown(options->path[0], message);
+        import_format_unknown(options->path[0], NULL, message);
         return cmd_export_fail(message, "");
     }
     if (options->path_count < 2)

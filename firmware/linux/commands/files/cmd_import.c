@@ -200,7 +200,7 @@ static enum status cmd_import_run(const struct options *options)
         return cmd_import_limits(options);
     const struct import_format *format = import_format_find(options->path[0]);
     if (format == NULL || format->read == NULL) {
-        import_format_unknown(options->path[0], message);
+        import_format_unknown(options->path[0], "urdf", message);
         return cmd_import_fail(message, "");
     }
     if (options->path_count != 2)
