@@ -14,7 +14,7 @@ motion/curve/.*     motion/(core|number|curve)/.*                 freestanding
 motion/path/.*      motion/(core|number|curve|path)/.*            freestanding
 motion/otg/.*       motion/(core|number|otg)/.*                   freestanding
 motion/kinematics/.* motion/(core|number|kinematics)/.*|motion/path/(arclen|head).h freestanding
-motion/plan/topp/.* motion/core/.*|motion/plan/topp/.*            any
+motion/plan/topp/.* motion/core/.*|motion/plan/(topp/.*|plan_math.h) any
 motion/plan/(keys|rig)/.* motion/(core|number|curve|path|otg|kinematics)/.*|motion/plan/([^/]*|keys/.*|rig/.*) any
 motion/plan/.*      motion/.*                                     any
 tests/.*            .*                                            any

@@ -17,7 +17,9 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/camera/plan_camera.h"
+#include "motion/plan/plan_error.h"
 #include "motion/plan/plan_track.h"
+#include "motion/plan/shoot/plan_shoot.h"
 
 static const struct {
     unsigned order;
@@ -158,6 +160,36 @@ static enum status job_plan_events(struct job *job)
     return STATUS_OK;
 }
 
+/* Where the clock is to stand all axes do, also those that a shaper makes late. */
+static enum status job_plan_steps(struct job *job)
+{
+    const struct plan_shoot *shoot = job->move.shoot;
+    struct plan_shoot_times times;
+    struct plan_error error = { .code = MOTION_OK };
+
+    if (shoot == NULL || !shoot->steps)
+        return STATUS_OK;
+    const double settle_s =
+        (double)shoot->settle_ns_q12 / (double)MOTION_FIXED_S_Q12;
+    if (job->shaping.longer_s > settle_s) {
+        (void)plan_error_set(&error, MOTION_E_ARG, shoot->place,
+                             "shoot is to step, and the shapers need %.3f s of "
+                             "rest before it waits, expected a settle of as "
+                             "much",
+                             job->shaping.longer_s);
+        return job_plan_fail(job, &error);
+    }
+    plan_shoot_times(shoot, &times);
+    job->steps = (struct frame_step_config){
+        .first_ns_q12 = times.wait_ns_q12,
+        .period_ns_q12 = times.period_ns_q12,
+        .count = shoot->frames,
+    };
+    if (shoot->step_line != PLAN_SHOOT_NO_LINE)
+        job->step_line = &job->rig.line[shoot->step_line];
+    return STATUS_OK;
+}
+
 static enum status job_plan(struct job *job)
 {
     struct plan_error error = { .code = MOTION_OK };
@@ -181,7 +213,8 @@ static enum status job_plan(struct job *job)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }
     job_goals_make(job);
-    return job_plan_events(job);
+    status = job_plan_events(job);
+    return status == STATUS_OK ? job_plan_steps(job) : status;
 }
 
 /* An axis of a compiled move must be one of the rig, in the same unit. */

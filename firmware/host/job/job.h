@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "firmware/control/frame_step.h"
 #include "firmware/control/goal.h"
 #include "firmware/host/base/messages.h"
 #include "firmware/host/base/status.h"
@@ -68,8 +69,10 @@ struct job {
     unsigned *goal_count;
     const struct plan_progress *progress; /* is told of long work; NULL: none */
     bool compared; /* the axes are one axis under several curves (compare.h) */
-    int64_t end_ns_q12;       /* of the longest track */
-    struct plan_shots *shots; /* by line of the rig */
+    int64_t end_ns_q12;             /* of the longest track */
+    struct plan_shots *shots;       /* by line of the rig */
+    struct frame_step_config steps; /* of a shoot that waits for each frame, */
+    const struct rig_line *step_line; /* for an edge of this; NULL: none */
     struct job_violation *violation;
     uint32_t violation_count;
     int64_t rate_q30; /* at which job_check judged it */

@@ -8,8 +8,9 @@
 #include "motion/plan/shoot/plan_event.h"
 #include "motion/plan/shoot/plan_shoot.h"
 
-#define SHOOT_TIME_MAX (INT64_C(86400) * MOTION_FIXED_S_Q12)
-#define SHOOT_TIME_MIN (MOTION_FIXED_S_Q12 / 1000)
+#define SHOOT_TIME_MAX   (INT64_C(86400) * MOTION_FIXED_S_Q12)
+#define SHOOT_WAIT_TICKS 32
+#define SHOOT_TIME_MIN   (MOTION_FIXED_S_Q12 / 1000)
 
 const char *const move_shoot_modes[PLAN_SHOOT_MODES] = {
 #define SHOOT_WORD(name, word) word,
@@ -93,10 +94,45 @@ static int shoot_read_blur(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+/* A line of kind start of the rig, or nobody but who runs it. */
+static int shoot_read_step(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    const struct rig *rig = ((struct move_reader *)reader)->rig;
+    struct plan_shoot *shoot = out;
+    const char *names[RIG_LINES_MAX + 1];
+    uint32_t line[RIG_LINES_MAX];
+    unsigned count = 0, index;
+
+    for (uint32_t i = 0; i < rig->line_count; i++)
+        if (rig->line[i].kind == RIG_LINE_START) {
+            line[count] = i;
+            names[count++] = rig->line[i].name;
+        }
+    names[count] = "operator";
+    if (yaml_value_choice(value, names, count + 1, &index) < 0)
+        return -1;
+    shoot->steps = true;
+    shoot->step_line = index < count ? line[index] : PLAN_SHOOT_NO_LINE;
+    return 0;
+}
+
+/* What a hold and going on take: 32 ticks at 100 %, and what the shutter's line
+ * is ahead of its events. */
+static void shoot_wait(struct plan_shoot *shoot, const struct rig *rig)
+{
+    const int64_t lead_ns =
+        shoot->line == PLAN_SHOOT_NO_LINE ? 0 : rig->line[shoot->line].lead_ns;
+
+    if (shoot->steps)
+        shoot->wait_ns_q12 = (SHOOT_WAIT_TICKS * rig->period_ns + 2 * lead_ns) *
+                             MOTION_FIXED_NS_Q12;
+}
+
 static const struct yaml_field move_shoot_fields[] = {
     { "mode", YAML_REQUIRED, "stop, go-motion or continuous", shoot_read_mode,
       offsetof(struct plan_shoot, mode) },
-    { "line", YAML_REQUIRED, "a gpio line of kind trigger of the rig",
+    { "line", YAML_OPTIONAL, "a gpio line of kind trigger of the rig",
       move_read_event_line, offsetof(struct plan_shoot, line) },
     { "frames", YAML_REQUIRED, "2 .. 100000, whole", shoot_read_frames,
       offsetof(struct plan_shoot, frames) },
@@ -109,6 +145,8 @@ static const struct yaml_field move_shoot_fields[] = {
       offsetof(struct plan_shoot, settle_ns_q12) },
     { "blur", YAML_OPTIONAL, "1 % .. 99 %, with mode go-motion",
       shoot_read_blur, 0 },
+    { "step", YAML_OPTIONAL,
+      "a gpio line of kind start of the rig, or operator", shoot_read_step, 0 },
 };
 const struct yaml_shape move_shoot_shape = { "shoot", move_shoot_fields,
                                              ARRAY_LEN(move_shoot_fields) };
@@ -118,6 +156,9 @@ static int shoot_add_event(struct plan_move *move,
                            const struct plan_shoot *shoot)
 {
     struct plan_shoot_times times;
+
+    if (shoot->line == PLAN_SHOOT_NO_LINE)
+        return 0;
     struct plan_event *event =
         realloc(move->event, (move->events + 1) * sizeof *event);
 
@@ -149,6 +190,7 @@ int move_read_shoot(void *reader, const struct yaml_value *value, void *out)
         return yaml_value_refuse(value, "is too much for the memory");
     move->shoot = shoot;
     shoot->blur_q32 = MOTION_FIXED_ONE_Q32 / 2;
+    shoot->line = shoot->step_line = PLAN_SHOOT_NO_LINE;
     shoot->place = yaml_tree_place(value->tree, value->node);
     if (move_refuse_guest(self, value) < 0)
         return -1;
@@ -164,6 +206,11 @@ int move_read_shoot(void *reader, const struct yaml_value *value, void *out)
                                  "has a run-up of its own");
     if (yaml_fields_read(value, &move_shoot_shape, self, shoot) < 0)
         return -1;
+    if (shoot->line == PLAN_SHOOT_NO_LINE && !shoot->steps)
+        return yaml_value_refuse(value,
+                                 "has no line, which what steps it alone "
+                                 "may lack");
+    shoot_wait(shoot, self->rig);
     return shoot_add_event(move, shoot) < 0
                ? yaml_value_refuse(value, "is too much for the memory")
                : 0;

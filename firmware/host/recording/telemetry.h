@@ -82,7 +82,9 @@ struct telemetry_row {
     struct telemetry_axis *axis; /* of the rig */
     struct telemetry_shot *shot; /* of its trigger lines, in order */
     unsigned shot_count;
-    uint64_t faults; /* of a fault script, in force */
+    uint64_t faults;    /* of a fault script, in force */
+    uint32_t waits_for; /* this frame, from 1, until it is told to go on; 0: for
+                           none; not in the file */
 };
 
 struct telemetry {

@@ -320,6 +320,7 @@ void machine_tick(struct machine *machine, int64_t now_ns)
     controller_jog_step(&machine->controller, &machine->jog);
     homing_step(&machine->homing);
     playback_step(&machine->playback);
+    frame_step_tick(&machine->step, &machine->playback);
     machine_light(machine);
     machine_trigger_step(machine, now_ns);
     machine_end(machine, now_ns);

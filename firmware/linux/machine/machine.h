@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "firmware/control/controller.h"
+#include "firmware/control/frame_step.h"
 #include "firmware/control/homing.h"
 #include "firmware/control/playback.h"
 #include "firmware/control/trigger.h"
@@ -73,6 +74,7 @@ struct machine {
     struct controller_jog jog;
     struct homing homing;
     struct playback playback; /* nothing loaded */
+    struct frame_step step;   /* of what is loaded; nothing waits */
     struct playback_axis *playback_axis;
 };
 

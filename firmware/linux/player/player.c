@@ -178,6 +178,8 @@ static void player_record(struct player *player)
         };
         (void)machine_statusword(player->machine, i, &row->axis[i].statusword);
     }
+    row->waits_for =
+        player->machine->step.waits ? player->machine->step.frame : 0;
     player_record_shots(player, row);
     player_add_jerk(player, row);
     player_count(player, row);
@@ -275,6 +277,14 @@ static int player_start_approach(struct player *player)
                                  player->config.from_ns_q12, PLAYBACK_STAND);
 }
 
+static struct hal_gpio *player_step_line(const struct player *player)
+{
+    const struct job *job = player->job;
+    return job->step_line == NULL
+               ? NULL
+               : &player->machine->input[job->step_line - job->rig.line].gpio;
+}
+
 static int player_start_move(struct player *player)
 {
     struct controller *controller = &player->machine->controller;
@@ -284,6 +294,8 @@ static int player_start_move(struct player *player)
     if (err < 0)
         return err;
     machine_trigger_go(player->machine);
+    frame_step_begin(&player->machine->step, &player->job->steps,
+                     player_step_line(player));
     player->move_ns = player->now_ns;
     for (unsigned i = 0; i < player->job->rig.bus_count; i++)
         player->busy_ns[i] = machine_busy_ns(player->machine, i);
@@ -398,9 +410,22 @@ static void player_measure_load(struct player *player)
             (double)dur_ns;
 }
 
+/* It stands, or goes on to the end of a frame: to rest along the path, and off
+ * from there. */
+static void player_lose_step(struct player *player)
+{
+    snprintf(player->observer.report->fault_text,
+             sizeof player->observer.report->fault_text, "%s",
+             "the line that steps the shoot cannot be read");
+    player->end = REPORT_FAULT;
+    controller_stop(&player->machine->controller);
+}
+
 static void player_move(struct player *player)
 {
     player_script(player);
+    if (player->machine->step.failed && player->end == REPORT_DONE)
+        player_lose_step(player);
     if (player->machine->controller.state != CONTROLLER_READY ||
         player->machine->playback.state != PLAYBACK_IDLE)
         return;

@@ -100,6 +100,11 @@ static void progress_text(const struct progress *progress,
                           char line[PROGRESS_LINE_MAX])
 {
     const char *what = telemetry_phase_text(row->phase);
+    char frame[24];
+    if (row->waits_for > 0) {
+        snprintf(frame, sizeof frame, "frame %u waits", row->waits_for);
+        what = frame;
+    }
     if (row->phase == TELEMETRY_MOVE)
         progress_line(line, what, progress_path_ns(row), progress->total_ns,
                       row->rate.rate_q30);

@@ -56,6 +56,7 @@ bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
     to->phase = row->phase;
     to->state = row->state;
     to->faults = row->faults;
+    to->waits_for = row->waits_for;
     atomic_store_explicit(&recorder->put, put + 1, memory_order_release);
     return true;
 }

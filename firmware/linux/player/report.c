@@ -56,10 +56,13 @@ static void report_take_axis(struct report *report, unsigned i,
     axis->arrived = row->rate.s_ns_q12 >= report->job->track[i].end_ns_q12;
 }
 
-/* Byte by byte, the lowest first: the same number on every machine. */
+/* Byte by byte, the lowest first: the same number on every machine.  How long a
+ * frame was waited for does not make another take of it. */
 static void report_take_set_points(struct report *report,
                                    const struct telemetry_row *row)
 {
+    if (row->waits_for > 0 && row->rate.rate_q30 == 0)
+        return;
     for (unsigned i = 0; i < report->job->move.axis_count; i++) {
         const uint64_t pos =
             (uint64_t)row->axis[report->job->rig_axis[i]].demand.pos_q32;
@@ -324,6 +327,12 @@ void report_print(const struct report *report, FILE *file)
         report_buses(report, file);
         if (report->shots != NULL)
             shots_print(report->shots, file);
+        if (report->step != NULL)
+            fprintf(file,
+                    "step by step: %" PRIu32 " of %" PRIu32
+                    " frames; edges that came too early: %" PRIu32 "\n",
+                    report->step->frame, report->step->config.count,
+                    report->step->early);
         if (report->arrivals != NULL)
             arrivals_print(report->arrivals, file);
     } else {
@@ -458,6 +467,12 @@ void report_json(const struct report *report, FILE *file)
     }
     if (report->shots != NULL)
         shots_json(report->shots, object);
+    if (report->step != NULL) {
+        cJSON *step = cJSON_AddObjectToObject(object, "step");
+        cJSON_AddNumberToObject(step, "frames", report->step->config.count);
+        cJSON_AddNumberToObject(step, "frame", report->step->frame);
+        cJSON_AddNumberToObject(step, "early", report->step->early);
+    }
     if (report->loads != NULL)
         loads_json(report->loads, object);
     if (report->faults != NULL)

@@ -58,9 +58,10 @@ struct report {
     /* rows that could not be written, of each file */
     uint64_t telemetry_lost, record_lost;
     bool realtime;
-    char followed[128];        /* how well a clock was followed, or "" */
-    const struct shots *shots; /* NULL: none */
-    const struct loads *loads; /* of a simulated rig; NULL: none */
+    char followed[128];            /* how well a clock was followed, or "" */
+    const struct shots *shots;     /* NULL: none */
+    const struct frame_step *step; /* of a shoot that waits; NULL: none */
+    const struct loads *loads;     /* of a simulated rig; NULL: none */
     const struct machine_fault *faults; /* of a fault script; NULL: none */
     const struct arrivals *arrivals;
     int64_t late_ns; /* worst wake-up after its time */

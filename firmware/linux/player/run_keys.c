@@ -38,6 +38,8 @@ bool run_keys_begin(struct run_keys *keys, const struct job *job,
               "100 %, "
               "q stops\n",
         stderr);
+    if (job->steps.count > 0)
+        fputs("      n takes the frame that waits\n", stderr);
     return true;
 }
 
@@ -51,6 +53,7 @@ void run_keys_take(struct run_keys *keys, const struct telemetry_row *row)
     keys->phase = row->phase;
     keys->is_holding = row->state == CONTROLLER_HOLDING;
     keys->is_standing = keys->is_holding && row->rate.rate_q30 == 0;
+    keys->is_waiting = row->waits_for > 0 && keys->is_standing;
     if (row->rate.rate_q30 != 0)
         keys->is_reversed = row->rate.rate_q30 < 0;
 }
@@ -209,6 +212,14 @@ static void run_keys_path(struct run_keys *keys, int key)
     }
 }
 
+static void run_keys_next_frame(struct run_keys *keys)
+{
+    if (keys->is_waiting)
+        (void)run_keys_put(keys, MAILBOX_RESUME, 0);
+    else
+        run_keys_say("no frame waits now");
+}
+
 static void run_keys_press(struct run_keys *keys, int key)
 {
     const int percent = progress_percent(keys->wanted_q30);
@@ -224,6 +235,8 @@ static void run_keys_press(struct run_keys *keys, int key)
         run_keys_override(keys, percent - RUN_KEYS_STEP);
     else if (key == '0')
         run_keys_override(keys, 100);
+    else if (key == 'n')
+        run_keys_next_frame(keys);
     else if (key != ' ')
         run_keys_path(keys, key);
     else if (run_keys_put(keys,

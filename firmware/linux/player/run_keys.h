@@ -2,6 +2,7 @@
  * runs on the clock.
  *
  *   space     hold, and resume
+ *   n         the next frame, where the shoot waits for one
  *   r         the other way along the path
  *   b         back to the start, and hold there
  *   g         go to a time, and hold there: "2.5", "f120", "00:00:02:12",
@@ -36,6 +37,7 @@ struct run_keys {
     enum telemetry_phase phase;
     bool follows; /* a clock sets the speed and the place */
     bool is_holding, is_standing, is_reversed; /* at the last row */
+    bool is_waiting;                           /* for a frame to be taken */
     enum run_keys_next next;
     int64_t go_ns_q12;
     bool is_typing; /* the time to go to: */

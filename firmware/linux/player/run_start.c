@@ -35,7 +35,8 @@ int64_t run_start_align_ns(struct run_start *start, struct hal_clock *clock,
     return over_ns > 0 ? now_ns - (period_ns - over_ns) : now_ns + over_ns;
 }
 
-/* An edge to active among those not asked for yet. */
+/* An edge to active among those not asked for yet; a line that cannot be read
+ * is active where it is debounced, and starts nothing. */
 static bool run_start_look(struct run_start *start)
 {
     struct hal_gpio_event event;
@@ -45,8 +46,8 @@ static bool run_start_look(struct run_start *start)
         got = hal_gpio_event(start->line, &event);
         active |= got == 1 && event.active;
     }
-    start->failed |= got < 0;
-    return active;
+    start->failed |= got < 0 || hal_gpio_get(start->line) < 0;
+    return active && !start->failed;
 }
 
 int64_t run_start_edge_ns(struct run_start *start, int64_t now_ns,

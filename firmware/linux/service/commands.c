@@ -168,6 +168,15 @@ static void command_resume(const struct command_line *line)
     command_simple(line, MAILBOX_RESUME);
 }
 
+/* A shoot that waits; one that is held elsewhere is for resume. */
+static void command_step(const struct command_line *line)
+{
+    if (line->control->state->waits_for == 0)
+        command_line_refuse(line, "STATE", "no frame waits to be taken");
+    else
+        command_simple(line, MAILBOX_RESUME);
+}
+
 static void command_reverse(const struct command_line *line)
 {
     const cJSON *back = command_line_member(line, "back");
@@ -294,6 +303,7 @@ static const struct {
     { "go", true, command_go },
     { "hold", true, command_hold },
     { "resume", true, command_resume },
+    { "step", true, command_step },
     { "reverse", true, command_reverse },
     { "override", true, command_override },
     { "jog", true, command_jog },

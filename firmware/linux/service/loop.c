@@ -129,6 +129,7 @@ static void loop_publish(struct service_loop *loop)
     state->state = controller->state;
     state->enabling = controller->enabling;
     state->homing = homing_is_running(&machine->homing);
+    state->waits_for = machine->step.waits ? machine->step.frame : 0;
     state->jogging = controller->jog == &machine->jog &&
                      controller->state != CONTROLLER_READY &&
                      controller->state != CONTROLLER_OFF &&
@@ -163,6 +164,10 @@ static int loop_load(struct service_loop *loop,
         if (motion->goal[i] != NULL)
             playback_set_goals(playback, i, motion->goal[i],
                                motion->goal_count[i]);
+    frame_step_begin(&loop->machine->step, &motion->steps,
+                     motion->steps.count == 0 || motion->step_line < 0
+                         ? NULL
+                         : &loop->machine->input[motion->step_line].gpio);
     return playback_repeat(playback, request->times, request->is_ping_pong);
 }
 

@@ -25,6 +25,8 @@ struct service_motion {
     const struct motion_track *track[CONTROLLER_AXES_MAX];
     const struct controller_goal *goal[CONTROLLER_AXES_MAX];
     unsigned goal_count[CONTROLLER_AXES_MAX];
+    struct frame_step_config steps; /* of a shoot that waits for each frame, */
+    int step_line;                  /* for this line of the rig; -1: none */
 };
 
 enum service_request_kind { SERVICE_START, SERVICE_HOME, SERVICE_GO };

@@ -139,6 +139,9 @@ static void planner_motion(struct service_move *move)
         move->motion.goal[axis] = job->goal[i];
         move->motion.goal_count[axis] = job->goal_count[i];
     }
+    move->motion.steps = job->steps;
+    move->motion.step_line =
+        job->step_line == NULL ? -1 : (int)(job->step_line - job->rig.line);
 }
 
 static struct service_move *planner_plan(const struct service_planner *planner)

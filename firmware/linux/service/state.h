@@ -34,7 +34,8 @@ struct service_state {
     struct motion_clock_rate rate;
     int64_t move_end_ns_q12;
     int64_t override_q30;
-    bool off; /* every drive that had torque says that it has none */
+    uint32_t waits_for; /* this frame of a shoot, from 1; 0: for none */
+    bool off;           /* every drive that had torque says that it has none */
     struct machine_view view;
 };
 

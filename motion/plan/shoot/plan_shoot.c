@@ -53,8 +53,10 @@ void plan_shoot_times(const struct plan_shoot *shoot,
     const int64_t ramp = shoot_ramp(shoot);
     const int64_t still = shoot_stops(shoot) ? shoot->settle_ns_q12 : 0;
 
-    times->period_ns_q12 = still + shoot->exposure_ns_q12 + shoot->move_ns_q12;
-    times->first_ns_q12 = shoot->settle_ns_q12 + ramp;
+    times->period_ns_q12 = still + shoot->wait_ns_q12 + shoot->exposure_ns_q12 +
+                           shoot->move_ns_q12;
+    times->wait_ns_q12 = shoot->settle_ns_q12;
+    times->first_ns_q12 = shoot->settle_ns_q12 + shoot->wait_ns_q12 + ramp;
     times->last_ns_q12 = times->end_ns_q12 = INT64_MAX;
     if ((double)(shoot->frames - 1) * (double)times->period_ns_q12 >=
         SHOOT_LONGEST_NS_Q12)
@@ -104,7 +106,7 @@ static void shoot_stop_keys(const struct shoot *self,
         const bool last = k + 1 == shoot->frames;
         const int64_t at = llround(self->length * k / (shoot->frames - 1));
         shoot_key(self, begin, at, still, PLAN_CURVE_LINEAR);
-        shoot_key(self, begin + shoot->settle_ns_q12 + shoot->exposure_ns_q12,
+        shoot_key(self, begin + times->first_ns_q12 + shoot->exposure_ns_q12,
                   at, still, last ? PLAN_CURVE_LINEAR : PLAN_CURVE_QUINTIC);
     }
 }
@@ -115,7 +117,7 @@ static void shoot_stop_keys(const struct shoot *self,
 static void shoot_wait_keys(const struct shoot *self, int64_t close_ns_q12,
                             int64_t between_ns_q12)
 {
-    const int64_t move = self->shoot->move_ns_q12;
+    const int64_t move = self->shoot->move_ns_q12 + self->shoot->wait_ns_q12;
     const struct motion_real still = motion_real_zero();
 
     if (move / 2 <= self->ramp_ns_q12)
@@ -138,7 +140,8 @@ static void shoot_go_keys(const struct shoot *self,
     const struct motion_real still = motion_real_zero();
 
     shoot_key(self, 0, 0, still, PLAN_CURVE_LINEAR);
-    shoot_key(self, shoot->settle_ns_q12, 0, still, PLAN_CURVE_QUINTIC);
+    shoot_key(self, shoot->settle_ns_q12 + shoot->wait_ns_q12, 0, still,
+              PLAN_CURVE_QUINTIC);
     for (uint32_t k = 0; k < shoot->frames; k++) {
         const int64_t open = times->first_ns_q12 + k * times->period_ns_q12;
         const int64_t at = llround(share * (k + 0.5 - self->blur / 2));
@@ -154,10 +157,18 @@ static void shoot_go_keys(const struct shoot *self,
 static int shoot_check(const struct plan_shoot *shoot, int64_t length_ns_q12,
                        struct plan_error *error)
 {
-    const double period = (double)shoot->settle_ns_q12 +
-                          (double)shoot->exposure_ns_q12 +
-                          (double)shoot->move_ns_q12;
+    const double period =
+        (double)shoot->settle_ns_q12 + (double)shoot->exposure_ns_q12 +
+        (double)shoot->move_ns_q12 + (double)shoot->wait_ns_q12;
 
+    if (shoot->steps &&
+        (shoot->mode == PLAN_SHOOT_CONTINUOUS ||
+         (double)shoot->move_ns_q12 < 2 * (double)shoot_ramp(shoot)))
+        return plan_error_set(
+            error, MOTION_E_ARG, shoot->place,
+            "shoot is to step, and does not rest between its pictures, "
+            "expected mode stop, or go-motion with a move of at least %.6g s",
+            2 * (double)shoot_ramp(shoot) / (double)MOTION_FIXED_S_Q12);
     if (length_ns_q12 <= 0)
         return plan_error_set(error, MOTION_E_EMPTY, shoot->place,
                               "shoot is for a move that takes time, expected "

@@ -20,6 +20,11 @@
  *   continuous  go-motion with b = E / (E + M): one constant rate from the first
  *               exposure to the last.
  *
+ * Step by step the rest before each picture is longer by `wait`, during which the
+ * clock may be made to stand until it is told to go on (frame_step.h): in `stop`
+ * after the settling, in go-motion before the run-up, and not where it does not
+ * rest.
+ *
  * Source: R. Edlund et al., Go-Motion (US patent 4,353,634 and others, ILM); the
  * quintic: T. Flash, N. Hogan, J. Neuroscience 5 (1985), eq. 3. */
 #ifndef MOTION_PLAN_SHOOT_PLAN_SHOOT_H
@@ -42,28 +47,34 @@ enum plan_shoot_mode {
         PLAN_SHOOT_MODES
 };
 
+#define PLAN_SHOOT_NO_LINE UINT32_MAX
+
 struct plan_shoot {
     enum plan_shoot_mode mode;
-    uint32_t line;           /* trigger, as in plan_event.h */
+    uint32_t line;           /* trigger, as in plan_event.h, or NO_LINE */
     uint32_t frames;         /* 2 .. PLAN_SHOOT_FRAMES_MAX */
     int64_t exposure_ns_q12; /* > 0 */
     int64_t move_ns_q12;     /* > 0 */
     int64_t settle_ns_q12;   /* >= 0 */
     int64_t blur_q32;        /* go-motion: 1 % .. 99 % */
+    bool steps;              /* waits before each picture, for an edge of */
+    uint32_t step_line;      /* this line of the rig, or NO_LINE */
+    int64_t wait_ns_q12;     /* > 0 where it steps, else 0 */
     struct plan_place place;
 };
 
-/* Exposure k opens at first + k period, 2^-12 ns of the move as played; the last
- * one and the end, when all is at rest, INT64_MAX where that is more than any
- * move may take. */
+/* Exposure k opens at first + k period, 2^-12 ns of the move as played, and the
+ * wait for it begins at wait + k period; the last one and the end, when all is at
+ * rest, INT64_MAX where that is more than any move may take. */
 struct plan_shoot_times {
-    int64_t first_ns_q12, period_ns_q12, last_ns_q12, end_ns_q12;
+    int64_t first_ns_q12, period_ns_q12, last_ns_q12, end_ns_q12, wait_ns_q12;
 };
 void plan_shoot_times(const struct plan_shoot *shoot,
                       struct plan_shoot_times *times);
 
 /* The warp for a move that is so long, as keys (plan_warp.h) on the heap:
- * plan_axis_free.  MOTION_E_EMPTY for a move that takes no time, MOTION_E_RANGE
+ * plan_axis_free.  MOTION_E_ARG where it is to step and does not rest,
+ * MOTION_E_EMPTY for a move that takes no time, MOTION_E_RANGE
  * for one that would take longer than a track may, MOTION_E_FULL; *error has
  * the sentence then, and nothing is allocated. */
 int plan_shoot_warp(const struct plan_shoot *shoot, int64_t length_ns_q12,

@@ -222,6 +222,13 @@ static void cmd_run_begin_files(struct cmd_run *self, bool on_clock)
                      player->start_ns);
 }
 
+static enum status cmd_run_no_keys(void)
+{
+    error_say("slew run: the shoot waits for the operator's keys before every "
+              "frame, and there is no terminal to press them on");
+    return STATUS_INPUT;
+}
+
 static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
@@ -272,6 +279,11 @@ static enum status cmd_run_play(struct cmd_run *self)
         .progress = &self->progress,
         .keys = has_keys || follows ? &self->keys : NULL,
     };
+    if (self->job.steps.count > 0 && self->job.step_line == NULL && !has_keys) {
+        run_keys_end(&self->keys);
+        run_follow_end(&self->follow);
+        return cmd_run_no_keys();
+    }
     report_init(&self->report, &self->job);
     shots_init(&self->shots, &self->job);
     arrivals_init(&self->arrivals, &self->job);
@@ -280,6 +292,8 @@ static enum status cmd_run_play(struct cmd_run *self)
     self->report.faults = config.faults;
     if (self->shots.count > 0)
         self->report.shots = &self->shots;
+    if (self->job.steps.count > 0)
+        self->report.step = &self->live.machine.step;
     progress_init(&self->progress, stderr, self->job.end_ns_q12);
     player_init(&self->player, &self->live.machine, &self->job, &config,
                 &observer);

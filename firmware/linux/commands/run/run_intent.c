@@ -162,6 +162,10 @@ void run_intent_print(const struct run_when *self)
                self->options->follow);
     if (self->start_line >= 0)
         printf("there it waits for %s\n", self->options->on_edge);
+    if (job->steps.count > 0)
+        printf("before each of its %" PRIu32 " frames it waits for %s\n",
+               job->steps.count,
+               job->step_line != NULL ? job->step_line->name : "the operator");
     fflush(stdout);
 }
 

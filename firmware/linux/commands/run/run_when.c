@@ -258,6 +258,32 @@ static enum status run_when_follow(struct run_when *self)
     return STATUS_INPUT;
 }
 
+/* Somebody or something must say that a frame may be taken. */
+static enum status run_when_steps(const struct run_when *self)
+{
+    const struct options *options = self->options;
+    const struct rig_line *line = self->job->step_line;
+    if (self->job->steps.count == 0)
+        return STATUS_OK;
+    if (options->follow != NULL)
+        return run_when_refuse("--follow", "is for a move that goes on, and "
+                                           "this one waits before every frame");
+    if (line == NULL && !run_when_is_on_clock(options)) {
+        error_say("slew run: the shoot waits for the operator before every "
+                  "frame, expected --realtime or --real");
+        return STATUS_INPUT;
+    }
+    if (line != NULL && !options->real && line->sim_every_ns == 0 &&
+        !run_when_is_on_clock(options)) {
+        error_say("slew run: the shoot waits for %s, and the simulated line "
+                  "has no pulses, expected sim: TIME in the rig, --realtime, "
+                  "or --real",
+                  line->name);
+        return STATUS_INPUT;
+    }
+    return STATUS_OK;
+}
+
 enum status run_when_read(struct run_when *self, const struct options *options,
                           const struct job *job)
 {
@@ -273,5 +299,7 @@ enum status run_when_read(struct run_when *self, const struct options *options,
         status = run_when_on_edge(self);
     if (status == STATUS_OK)
         status = run_when_follow(self);
+    if (status == STATUS_OK)
+        status = run_when_steps(self);
     return status;
 }

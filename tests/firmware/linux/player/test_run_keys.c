@@ -46,6 +46,24 @@ static void space_holds_and_resumes(void **state)
     assert_non_null(strstr(heard, "stopped"));
 }
 
+static void n_takes_the_frame_that_waits(void **state)
+{
+    static const char *const argv[] = { "slew", "run", "--realtime",
+                                        "tests/data/steps", NULL };
+    char waits[] = "frame 1 waits";
+    (void)state;
+    forget();
+    start(argv, true);
+    expect("n takes the frame that waits");
+    for (; waits[6] <= '5'; waits[6]++) {
+        expect(waits);
+        press("n");
+    }
+    const int status = finish();
+    if (status != 0 || strstr(heard, "step by step: 5 of 5 frames") == NULL)
+        fail_msg("status %d:\n%s", status, heard);
+}
+
 static void plus_and_minus_change_the_speed(void **state)
 {
     (void)state;
@@ -163,6 +181,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(space_holds_and_resumes),
+        cmocka_unit_test(n_takes_the_frame_that_waits),
         cmocka_unit_test(plus_and_minus_change_the_speed),
         cmocka_unit_test(a_speed_beyond_the_limits_is_refused),
         cmocka_unit_test(q_stops_before_the_move_too),

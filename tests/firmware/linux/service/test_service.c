@@ -3,6 +3,7 @@
  *
  * Reads the real clock. */
 #define _GNU_SOURCE /* usleep */
+#include <math.h>
 #include <poll.h>
 #include <setjmp.h>
 #include <signal.h>
@@ -320,6 +321,39 @@ static void a_move_is_loaded_approached_and_played(void **state)
     assert_true(client_number(&link, "torque_off") == 0);
     client_do(&link, "{\"command\":\"off\"}");
     client_wait(&link, "off");
+    service_link_close(&link);
+}
+
+static void client_wait_frame(struct service_link *link, double frame)
+{
+    for (int i = 0; i < 6000 && client_number(link, "frame_waits") != frame;
+         i++)
+        usleep(10000);
+    assert_true(client_number(link, "frame_waits") == frame);
+}
+
+/* A camera program, say, takes each picture and then asks for the next step. */
+static void a_shoot_goes_on_frame_by_frame(void **state)
+{
+    struct service_link link = client_new();
+    (void)state;
+    client_ready(&link);
+    client_load(
+        &link,
+        "axes: {slide: {curve: s-curve, keys: [[0 s, 10], [1 s, 12]]}}\n"
+        "shoot: {mode: stop, frames: 3, exposure: 50 ms, move: 1 s, "
+        "step: operator}\n",
+        "");
+    client_do(&link, "{\"command\":\"approach\"}");
+    client_wait(&link, "ready");
+    assert_string_equal(client_error(&link, "{\"command\":\"step\"}"), "STATE");
+    client_do(&link, "{\"command\":\"start\"}");
+    for (int frame = 1; frame <= 3; frame++) {
+        client_wait_frame(&link, frame);
+        assert_true(fabs(client_axis(&link, "demand") - 9 - frame) < 1e-6);
+        client_do(&link, "{\"command\":\"step\"}");
+    }
+    client_wait(&link, "ready");
     service_link_close(&link);
 }
 
@@ -686,6 +720,7 @@ int main(void)
         BENCH_TEST(every_line_has_its_answer),
         BENCH_TEST(an_id_comes_back_as_it_was),
         BENCH_TEST(a_move_is_loaded_approached_and_played),
+        BENCH_TEST(a_shoot_goes_on_frame_by_frame),
         BENCH_TEST(a_time_or_key_of_the_move_is_gone_to_and_held),
         BENCH_TEST(anybody_may_stop_and_one_may_move),
         BENCH_TEST(a_lease_expires),

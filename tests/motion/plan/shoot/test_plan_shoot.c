@@ -206,6 +206,14 @@ static void what_cannot_be_shot_is_refused(void **state)
         { "mode: stop, frames: 99999, exposure: 24 h, move: 24 h",
           "longer than 19 days" },
         { "mode: stop, frames: 9, exposure: 1 s", "move" },
+        { "mode: stop, frames: 9, exposure: 1 s, move: 1 s, step: camera",
+          "expected operator" },
+        { "mode: continuous, frames: 9, exposure: 1 s, move: 1 s, "
+          "step: operator",
+          "does not rest between its pictures" },
+        { "mode: go-motion, frames: 9, exposure: 1 s, move: 1.9 s, "
+          "step: operator",
+          "a move of at least 2 s" },
     };
     char text[1024];
 
@@ -226,6 +234,54 @@ static void what_cannot_be_shot_is_refused(void **state)
                      "shoot: {line: camera, mode: stop, frames: 9, "
                      "exposure: 1 s, move: 1 s}\n",
                      "a move that takes time");
+    snprintf(text, sizeof text,
+             "%sshoot: {mode: stop, frames: 9, exposure: 1 s, move: 1 s}\n",
+             plain_text);
+    move_file_refuse(RIG, text, "has no line");
+}
+
+/* Both axes from there on, for as long as the clock may take to stand. */
+static void is_at_rest(int64_t from)
+{
+    for (int j = 0; j <= 16; j++) {
+        const int64_t t = from + shot.move.shoot->wait_ns_q12 * j / 16;
+        for (uint32_t a = 0; a < 2; a++) {
+            const struct motion_state at =
+                move_file_at(&shot, a == 0 ? "x" : "y", t);
+            if (at.vel_q32 != 0 || at.acc_q32 != 0)
+                fail_msg("axis %u moves at %.6f s", a, (double)t / SEC);
+        }
+    }
+}
+
+static void rests_where_it_waits(const char *shoot)
+{
+    struct plan_shoot_times times;
+
+    make(shoot);
+    plan_shoot_times(shot.move.shoot, &times);
+    near("wait", 0, (double)shot.move.shoot->wait_ns_q12 / SEC, 0.032, 1e-9);
+    for (uint32_t k = 0; k < shots.count; k++) {
+        const int64_t from = times.wait_ns_q12 + k * times.period_ns_q12;
+        if (from + shot.move.shoot->wait_ns_q12 > shots.t_ns_q12[k])
+            fail_msg("%s: it opens before it has waited", shoot);
+        is_at_rest(from);
+    }
+    close_all(NULL);
+}
+
+static void where_a_step_waits_all_axes_rest(void **state)
+{
+    (void)state;
+    rests_where_it_waits("mode: stop, frames: 7, exposure: 400 ms, "
+                         "settle: 0.3 s, move: 2 s, step: operator");
+    rests_where_it_waits("mode: stop, frames: 3, exposure: 1 ms, move: 1 s, "
+                         "step: operator");
+    rests_where_it_waits("mode: go-motion, frames: 7, exposure: 500 ms, "
+                         "move: 1 s, step: operator");
+    rests_where_it_waits("mode: go-motion, frames: 4, exposure: 200 ms, "
+                         "settle: 1 s, move: 3 s, blur: 30 %, step: operator");
+    make("mode: stop, frames: 2, exposure: 1 s, move: 1 s"); /* for teardown */
 }
 
 int main(void)
@@ -237,6 +293,7 @@ int main(void)
                                   close_all),
         cmocka_unit_test_teardown(go_motion_rests_between_where_there_is_time,
                                   close_all),
+        cmocka_unit_test_teardown(where_a_step_waits_all_axes_rest, close_all),
         cmocka_unit_test_teardown(continuous_is_one_rate_from_first_to_last,
                                   close_all),
         cmocka_unit_test_teardown(no_picture_makes_it_jerk, close_all),
