@@ -10,6 +10,8 @@
 #include "firmware/linux/base/disk.h"
 #include "tests/fuzz/fuzz.h"
 
+#define FUZZ_SHOTS 4096
+
 static void fuzz_compiled_seal(uint8_t *at, size_t size)
 {
     const uint32_t crc = crc32_of(0, at, size - TRACK_FILE_CRC_BYTES);
@@ -59,6 +61,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const char *path = fuzz_file(bytes, size);
     free(bytes);
     (void)track_file_is(&disk_files, path);
+    static int64_t shots[FUZZ_SHOTS];
     struct compiled *compiled = compiled_open(&disk_files, path, message);
     if (compiled == NULL) {
         fuzz_claim(message[0] != 0 && strchr(message, '\n') == NULL,
@@ -66,6 +69,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     }
     fuzz_compiled_play(compiled, compiled->track);
+    for (unsigned i = 0; i < compiled->file.line_count; i++)
+        if (compiled->file.line[i].count <= FUZZ_SHOTS)
+            fuzz_claim(track_file_shots(&compiled->file, i, shots, message) ==
+                               0 ||
+                           strchr(message, '\n') == NULL,
+                       "an error is one sentence");
     compiled_close(compiled);
     return 0;
 }

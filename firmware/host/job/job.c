@@ -3,6 +3,7 @@
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "firmware/host/base/json.h"
@@ -262,6 +263,59 @@ void job_capacity(struct job *job, uint32_t axes)
         memory_pool_new(&job->memory, axes, sizeof(struct controller_goal *));
 }
 
+static int job_find_line(const struct job *job, const char *name,
+                         enum rig_line_kind kind)
+{
+    for (uint32_t i = 0; i < job->rig.line_count; i++)
+        if (job->rig.line[i].kind == kind &&
+            strcmp(job->rig.line[i].name, name) == 0)
+            return (int)i;
+    return -1;
+}
+
+/* What a line is triggered at, by the line of the rig of the same name. */
+static enum status job_take_line(struct job *job, unsigned i)
+{
+    const struct track_file *file = &job->compiled->file;
+    const int found = job_find_line(job, file->line[i].name, RIG_LINE_TRIGGER);
+    char message[TRACK_FILE_MESSAGE_MAX];
+    if (found < 0) {
+        snprintf(message, sizeof message,
+                 "triggers %s, expected a gpio line of kind trigger of that "
+                 "name in the rig",
+                 file->line[i].name);
+        return job_fail(job, message);
+    }
+    struct plan_shots *shots = &job->shots[found];
+    shots->t_ns_q12 = malloc(file->line[i].count * sizeof *shots->t_ns_q12);
+    if (shots->t_ns_q12 == NULL)
+        memory_fail();
+    shots->count = file->line[i].count;
+    return track_file_shots(file, i, shots->t_ns_q12, message) < 0
+               ? job_fail(job, message)
+               : STATUS_OK;
+}
+
+static enum status job_take_step(struct job *job)
+{
+    const struct track_file_step *step = &job->compiled->file.step;
+    char message[TRACK_FILE_MESSAGE_MAX];
+    job->steps = (struct frame_step_config){ step->first_ns_q12,
+                                             step->period_ns_q12, step->count };
+    if (step->count == 0 || step->line[0] == 0)
+        return STATUS_OK;
+    const int found = job_find_line(job, step->line, RIG_LINE_START);
+    if (found >= 0) {
+        job->step_line = &job->rig.line[found];
+        return STATUS_OK;
+    }
+    snprintf(message, sizeof message,
+             "waits for %s, expected a gpio line of kind start of that name in "
+             "the rig",
+             step->line);
+    return job_fail(job, message);
+}
+
 static enum status job_open_compiled(struct job *job, const struct files *files)
 {
     char message[TRACK_FILE_MESSAGE_MAX];
@@ -277,7 +331,10 @@ static enum status job_open_compiled(struct job *job, const struct files *files)
     job->track = job->compiled->track;
     for (unsigned i = 0; status == STATUS_OK && i < job->move.axis_count; i++)
         status = job_take_axis(job, i);
-    return status;
+    for (unsigned i = 0;
+         status == STATUS_OK && i < job->compiled->file.line_count; i++)
+        status = job_take_line(job, i);
+    return status == STATUS_OK ? job_take_step(job) : status;
 }
 
 static enum status job_open_move(struct job *job, const struct files *files)

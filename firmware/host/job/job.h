@@ -99,6 +99,9 @@ enum status job_open(struct job *job, const struct files *files,
 enum status job_open_again(struct job *job, const struct files *files,
                            const char *rig_path, const char *move_path,
                            const struct job *former);
+/* The compiled move (track_file.h): tracks, events, where it waits.  Errors show
+ * in ferror. */
+void job_compile(const struct job *job, FILE *out);
 void job_free(struct job *job);
 /* Arrays for so many axes of the move, in the place of those there are: for
  * whoever builds the move himself. */

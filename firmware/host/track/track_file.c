@@ -99,6 +99,39 @@ static void track_file_set_axis(struct track_file_axis *axis,
     axis->end_frac = track->end_frac;
 }
 
+/* --- events ----------------------------------------------------------------- */
+
+static bool track_file_has_events(const struct track_file *file)
+{
+    return file->line_count > 0 || file->step.count > 0;
+}
+
+static void track_file_write_events(FILE *out, struct track_file_bytes *at,
+                                    struct track_file *file, uint64_t first)
+{
+    track_file_put(at, file->line_count, 4);
+    track_file_put(at, file->step.count, 4);
+    track_file_put(at, (uint64_t)file->step.first_ns_q12, 8);
+    track_file_put(at, (uint64_t)file->step.period_ns_q12, 8);
+    track_file_put_text(at, file->step.line, PLAN_NAME_MAX);
+    first += track_file_events_bytes(file->line_count);
+    for (unsigned i = 0; i < file->line_count; i++) {
+        struct track_file_line *line = &file->line[i];
+        line->first = first;
+        first += track_file_times_bytes(line->count);
+        track_file_put_text(at, line->name, PLAN_NAME_MAX);
+        track_file_put(at, line->count, 4);
+        track_file_put(at, line->first, 8);
+    }
+    track_file_flush(out, at);
+    for (unsigned i = 0; i < file->line_count; i++)
+        for (uint32_t k = 0; k < file->line[i].count; k++) {
+            track_file_put(at, (uint64_t)file->line[i].t_ns_q12[k], 8);
+            if (k + 1 == file->line[i].count || (k + 1) % TRACK_FILE_TIMES == 0)
+                track_file_flush(out, at);
+        }
+}
+
 void track_file_write(FILE *out, struct track_file *file,
                       const struct motion_track track[])
 {
@@ -113,7 +146,10 @@ void track_file_write(FILE *out, struct track_file *file,
     }
     for (size_t i = 0; i < TRACK_FILE_MAGIC_BYTES; i++)
         track_file_put(&at, (unsigned char)magic[i], 1);
-    track_file_put(&at, TRACK_FILE_VERSION, 4);
+    track_file_put(&at,
+                   track_file_has_events(file) ? TRACK_FILE_EVENTS
+                                               : TRACK_FILE_VERSION,
+                   4);
     track_file_put(&at, file->axis_count, 4);
     track_file_put_text(&at, file->title, sizeof file->title);
     for (unsigned i = 0; i < file->axis_count; i++)
@@ -122,4 +158,6 @@ void track_file_write(FILE *out, struct track_file *file,
     for (unsigned i = 0; i < file->axis_count; i++)
         for (uint32_t k = 0; k < track_file_blocks(track[i].count); k++)
             track_file_write_block(out, &at, i, k, &track[i]);
+    if (track_file_has_events(file))
+        track_file_write_events(out, &at, file, first);
 }

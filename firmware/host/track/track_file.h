@@ -2,8 +2,9 @@
  * without being held in memory.  docs/FORMATS.md describes every byte.
  *
  * A header names axes, units and counts; then every axis has its segments in
- * blocks of one size, so that any block is found without reading others.  The
- * header and every block end in a CRC-32.  A segment is stored as the integers
+ * blocks of one size, so that any block is found without reading others; then
+ * come what the move triggers and waits for, where it does.  The header and every
+ * block end in a CRC-32.  A segment is stored as the integers
  * that define it (track.h); what is derived is derived again and judged on
  * reading, so that no file makes the tick overflow. */
 #ifndef FIRMWARE_HOST_TRACK_TRACK_FILE_H
@@ -32,18 +33,38 @@ struct track_file_axis {
     uint64_t end_frac;
 };
 
+/* What a line of the rig is triggered at: times of the move, rising. */
+#define TRACK_FILE_LINES_MAX 8
+#define TRACK_FILE_SHOTS_MAX 1000000
+struct track_file_line {
+    char name[PLAN_NAME_MAX];
+    uint32_t count;
+    uint64_t first;          /* offset of the first block */
+    const int64_t *t_ns_q12; /* for writing: the caller's */
+};
+
+/* A shoot step by step: where its clock stands.  count 0: nowhere. */
+struct track_file_step {
+    char line[PLAN_NAME_MAX]; /* "": the operator says when it goes on */
+    uint32_t count;
+    int64_t first_ns_q12, period_ns_q12;
+};
+
 struct track_file {
     const struct files *files;
     int file; /* negative: not open */
     char title[128];
     struct track_file_axis axis[PLAN_AXES_MAX];
     uint32_t axis_count;
+    struct track_file_line line[TRACK_FILE_LINES_MAX];
+    uint32_t line_count;
+    struct track_file_step step;
 };
 
 /* --- writing --- */
 
-/* Names, units, keys and title are the caller's; counts, ends and offsets are
- * taken from the tracks.  Errors show in ferror. */
+/* Names, units, keys, title, lines and steps are the caller's; counts of
+ * segments, ends and offsets are taken from the tracks.  Errors show in ferror. */
 void track_file_write(FILE *out, struct track_file *file,
                       const struct motion_track track[]);
 
@@ -67,6 +88,10 @@ int track_file_block(const struct track_file *file, unsigned axis,
                      uint32_t number,
                      struct motion_segment segment[TRACK_FILE_BLOCK],
                      uint32_t *count, char message[TRACK_FILE_MESSAGE_MAX]);
+
+/* All times of a line, as many as it has, at most TRACK_FILE_SHOTS_MAX. */
+int track_file_shots(const struct track_file *file, unsigned line,
+                     int64_t t_ns_q12[], char message[TRACK_FILE_MESSAGE_MAX]);
 
 /* Read all of an axis: every block is good, segments follow each other without
  * a gap and end where the header says.  Fills the outline, and the shortest

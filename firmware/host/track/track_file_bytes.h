@@ -7,7 +7,8 @@
 
 #define TRACK_FILE_MAGIC       "slewtrk\n"
 #define TRACK_FILE_MAGIC_BYTES 8
-#define TRACK_FILE_VERSION     2
+#define TRACK_FILE_VERSION     2 /* tracks alone */
+#define TRACK_FILE_EVENTS      3 /* and what comes after them */
 
 #define TRACK_FILE_CRC_BYTES     4
 #define TRACK_FILE_START_BYTES   144 /* magic, version, axes, title */
@@ -18,6 +19,24 @@
 #define TRACK_FILE_HEADER_MAX                                                  \
     (TRACK_FILE_START_BYTES + PLAN_AXES_MAX * TRACK_FILE_AXIS_BYTES +          \
      TRACK_FILE_CRC_BYTES)
+
+#define TRACK_FILE_TIMES 320 /* in a block */
+#define TRACK_FILE_EVENTS_BYTES                                                \
+    (24 + PLAN_NAME_MAX) /* lines, and the steps, before the lines */
+#define TRACK_FILE_LINE_BYTES (PLAN_NAME_MAX + 12)
+
+static inline uint32_t track_file_events_bytes(uint32_t lines)
+{
+    return TRACK_FILE_EVENTS_BYTES + lines * TRACK_FILE_LINE_BYTES +
+           TRACK_FILE_CRC_BYTES;
+}
+
+/* Of so many times. */
+static inline uint64_t track_file_times_bytes(uint32_t count)
+{
+    return (uint64_t)count * 8 + (uint64_t)(count + TRACK_FILE_TIMES - 1) /
+                                     TRACK_FILE_TIMES * TRACK_FILE_CRC_BYTES;
+}
 
 static inline uint32_t track_file_header_bytes(uint32_t axes)
 {

@@ -131,8 +131,116 @@ static int track_file_judge_axis(const struct track_file *file, unsigned i,
     return 0;
 }
 
+/* --- events --------------------------------------------------------------- */
+
+static int track_file_judge_step(const struct track_file *file,
+                                 char message[TRACK_FILE_MESSAGE_MAX])
+{
+    const struct track_file_step *step = &file->step;
+    if (step->count > 0 &&
+        (step->first_ns_q12 < 0 || step->period_ns_q12 <= 0 ||
+         step->first_ns_q12 > MOTION_TRACK_MAX_NS_Q12 ||
+         step->period_ns_q12 > MOTION_TRACK_MAX_NS_Q12 / step->count))
+        return track_file_fail(message, "waits for frames at times that no "
+                                        "move has");
+    return 0;
+}
+
+/* A line, and where the next one's times begin. */
+static int track_file_judge_line(const struct track_file *file, unsigned i,
+                                 uint64_t *first,
+                                 char message[TRACK_FILE_MESSAGE_MAX])
+{
+    const struct track_file_line *line = &file->line[i];
+    if (line->count == 0 || line->count > TRACK_FILE_SHOTS_MAX)
+        return track_file_fail(
+            message, "line %s has %" PRIu32 " shots, expected 1 to %d",
+            line->name, line->count, TRACK_FILE_SHOTS_MAX);
+    if (line->first != *first)
+        return track_file_fail(
+            message, "line %s begins at byte %" PRIu64 ", expected %" PRIu64,
+            line->name, line->first, *first);
+    for (unsigned k = 0; k < i; k++)
+        if (strcmp(file->line[k].name, line->name) == 0)
+            return track_file_fail(message, "has two lines named %s",
+                                   line->name);
+    *first += track_file_times_bytes(line->count);
+    return 0;
+}
+
+/* What comes after the axes, which end at *first; *first is then the end. */
+static int track_file_read_events(struct track_file *file, uint64_t *first,
+                                  char message[TRACK_FILE_MESSAGE_MAX])
+{
+    struct track_file_bytes at = { .used = 0 };
+    if (track_file_read_at(file, at.byte, TRACK_FILE_EVENTS_BYTES, *first,
+                           message) < 0)
+        return -1;
+    file->line_count = (uint32_t)track_file_get(&at, 4);
+    if (file->line_count > TRACK_FILE_LINES_MAX)
+        return track_file_fail(
+            message, "triggers %" PRIu32 " lines, expected at most %d",
+            file->line_count, TRACK_FILE_LINES_MAX);
+    const uint32_t size = track_file_events_bytes(file->line_count);
+    if (track_file_read_at(file, at.byte, size, *first, message) < 0)
+        return -1;
+    if (!track_file_is_whole(&at, size))
+        return track_file_fail(message, "has damaged events: their checksum is "
+                                        "not the one expected");
+    *first += size;
+    file->step.count = (uint32_t)track_file_get(&at, 4);
+    file->step.first_ns_q12 = track_file_get_i64(&at);
+    file->step.period_ns_q12 = track_file_get_i64(&at);
+    bool texts = track_file_get_text(&at, file->step.line, PLAN_NAME_MAX);
+    for (unsigned i = 0; i < file->line_count; i++) {
+        struct track_file_line *line = &file->line[i];
+        texts = track_file_get_text(&at, line->name, PLAN_NAME_MAX) && texts;
+        line->count = (uint32_t)track_file_get(&at, 4);
+        line->first = track_file_get(&at, 8);
+    }
+    if (!texts)
+        return track_file_fail(message, "has a name of a line that is none");
+    if (track_file_judge_step(file, message) < 0)
+        return -1;
+    for (unsigned i = 0; i < file->line_count; i++)
+        if (track_file_judge_line(file, i, first, message) < 0)
+            return -1;
+    return 0;
+}
+
+int track_file_shots(const struct track_file *file, unsigned line,
+                     int64_t t_ns_q12[], char message[TRACK_FILE_MESSAGE_MAX])
+{
+    const struct track_file_line *from = &file->line[line];
+    uint64_t offset = from->first;
+    for (uint32_t k = 0; k < from->count;) {
+        struct track_file_bytes at = { .used = 0 };
+        const uint32_t left = from->count - k;
+        const uint32_t count =
+            left < TRACK_FILE_TIMES ? left : TRACK_FILE_TIMES;
+        const size_t size = (size_t)count * 8 + TRACK_FILE_CRC_BYTES;
+        if (track_file_read_at(file, at.byte, size, offset, message) < 0)
+            return -1;
+        if (!track_file_is_whole(&at, size))
+            return track_file_fail(message,
+                                   "has damaged shots of line %s: their "
+                                   "checksum is not the one expected",
+                                   from->name);
+        offset += size;
+        for (uint32_t i = 0; i < count; i++, k++) {
+            t_ns_q12[k] = track_file_get_i64(&at);
+            if (t_ns_q12[k] < (k > 0 ? t_ns_q12[k - 1] : 0) ||
+                t_ns_q12[k] > MOTION_TRACK_MAX_NS_Q12)
+                return track_file_fail(
+                    message, "shot %" PRIu32 " of line %s is out of order",
+                    k + 1, from->name);
+        }
+    }
+    return 0;
+}
+
 /* The blocks must fill the file. */
-static int track_file_judge(const struct track_file *file,
+static int track_file_judge(struct track_file *file, bool has_events,
                             char message[TRACK_FILE_MESSAGE_MAX])
 {
     uint64_t first = track_file_header_bytes(file->axis_count);
@@ -142,6 +250,8 @@ static int track_file_judge(const struct track_file *file,
         first += (uint64_t)track_file_blocks(file->axis[i].segments) *
                  TRACK_FILE_BLOCK_BYTES;
     }
+    if (has_events && track_file_read_events(file, &first, message) < 0)
+        return -1;
     const int64_t size = file->files->size(file->files, file->file);
     if (size < 0)
         return track_file_fail(message, "%s", strerror((int)-size));
@@ -165,10 +275,11 @@ static int track_file_read_header(struct track_file *file,
     at.used = TRACK_FILE_MAGIC_BYTES;
     const uint32_t version = (uint32_t)track_file_get(&at, 4);
     file->axis_count = (uint32_t)track_file_get(&at, 4);
-    if (version != TRACK_FILE_VERSION)
-        return track_file_fail(
-            message, "has version %" PRIu32 ", expected %d: compile it again",
-            version, TRACK_FILE_VERSION);
+    if (version != TRACK_FILE_VERSION && version != TRACK_FILE_EVENTS)
+        return track_file_fail(message,
+                               "has version %" PRIu32
+                               ", expected %d or %d: compile it again",
+                               version, TRACK_FILE_VERSION, TRACK_FILE_EVENTS);
     if (file->axis_count == 0 || file->axis_count > PLAN_AXES_MAX)
         return track_file_fail(message,
                                "has %" PRIu32 " axes, expected 1 to %d",
@@ -185,7 +296,7 @@ static int track_file_read_header(struct track_file *file,
     if (!texts)
         return track_file_fail(message, "has a name that is none, expected "
                                         "printable characters and a 0");
-    return track_file_judge(file, message);
+    return track_file_judge(file, version == TRACK_FILE_EVENTS, message);
 }
 
 int track_file_open(struct track_file *file, const struct files *files,

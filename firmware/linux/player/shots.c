@@ -65,15 +65,18 @@ static bool shots_check_line(const struct job *job, unsigned line,
     const uint32_t i = shots_closest(shots, rate_q30, &apart_ns);
     if (apart_ns >= need_ns)
         return true;
-    const struct plan_place place = job->move.event[shots->event[i + 1]].place;
-    char t[NUMBER_MAX];
+    char t[NUMBER_MAX], where[32] = ""; /* a compiled move has no lines */
+    if (shots->event != NULL) {
+        const struct plan_place place =
+            job->move.event[shots->event[i + 1]].place;
+        snprintf(where, sizeof where, ":%u:%u", place.line, place.column);
+    }
     number_seconds(t, shots->t_ns_q12[i + 1]);
-    error_say("%s:%u:%u: the shot of %s at %s s comes %.3f ms after the one "
+    error_say("%s%s: the shot of %s at %s s comes %.3f ms after the one "
               "before it, expected %.3f ms or more: its pulse and the rest "
               "after it",
-              job->move_path, place.line, place.column,
-              job->rig.line[line].name, t, (double)apart_ns / 1e6,
-              (double)need_ns / 1e6);
+              job->move_path, where, job->rig.line[line].name, t,
+              (double)apart_ns / 1e6, (double)need_ns / 1e6);
     return false;
 }
 

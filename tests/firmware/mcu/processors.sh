@@ -24,7 +24,7 @@ for rig in examples/*/rig.yaml; do
     name=$(basename "${rig%/rig.yaml}")
     if ! pack "$name" >"$dir/out" 2>&1; then
         echo "$name: not played: $(tail -1 "$dir/out")"
-        grep -qE "has events|by its own profile" "$dir/out" || failed=1
+        grep -q "by its own profile" "$dir/out" || failed=1
         continue
     fi
     examples=$((examples + 1))

@@ -1,38 +1,20 @@
 /* firmware/linux/commands/files/cmd_compile.c - slew compile: planned tracks into a
  * file that can be played without being held in memory. */
 #include <stdio.h>
-#include <string.h>
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/job/job.h"
-#include "firmware/host/track/track_file.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 
-static void cmd_compile_describe(const struct job *job, struct track_file *file)
-{
-    memset(file, 0, sizeof *file);
-    file->axis_count = job->move.axis_count;
-    memcpy(file->title, job->move.title, sizeof file->title);
-    for (unsigned i = 0; i < file->axis_count; i++) {
-        struct track_file_axis *axis = &file->axis[i];
-        memcpy(axis->name, job->move.axis[i].name, sizeof axis->name);
-        snprintf(axis->unit, sizeof axis->unit, "%s",
-                 units_axis_text(job_rig_axis(job, i)->unit));
-        axis->keys = job->move.axis[i].key_count;
-    }
-}
-
 static enum status cmd_compile_save(const struct job *job, const char *path)
 {
-    static struct track_file file;
     struct output output;
-    cmd_compile_describe(job, &file);
     if (output_open(&output, path) < 0)
         return STATUS_SYSTEM;
-    track_file_write(output.file, &file, job->track);
+    job_compile(job, output.file);
     return output_commit(&output) < 0 ? STATUS_SYSTEM : STATUS_OK;
 }
 
@@ -45,10 +27,6 @@ static enum status cmd_compile_run(const struct options *options)
     struct job *job = memory_new(1, sizeof *job);
     enum status status =
         planning_open(job, options->path, options->path_count, false);
-    if (status == STATUS_OK && job->move.events > 0)
-        status =
-            error_file(job->move_path, "has events, which a compiled move "
-                                       "cannot hold, expected a move without");
     if (status == STATUS_OK)
         status = cmd_compile_save(job, options->out);
     job_free(job);
@@ -67,7 +45,8 @@ const struct command cmd_compile = {
     .arguments = "RIG MOVE | DIRECTORY",
     .summary = "save a planned move, to be played without holding it",
     .text =
-        "Plans every axis and saves the result, integers to the bit.  run,\n"
+        "Plans every axis and saves the result, integers to the bit, and what\n"
+        "the move triggers and waits for.  run,\n"
         "sample, check and plot take the saved file in the place of MOVE; "
         "they read\n"
         "all of it once to see that it is whole, then play it through a "

@@ -460,6 +460,97 @@ static void a_forged_number_is_refused(void **state)
     }
 }
 
+/* --- events ----------------------------------------------------------------- */
+
+#define SHOTS (2 * TRACK_FILE_TIMES + 1)
+static int64_t shot[2][SHOTS];
+
+static void write_events(void)
+{
+    FILE *out = fopen(path, "wb");
+
+    plan_anything(0, storage, 35, 1);
+    write_tracks(1);
+    file.line_count = 2;
+    for (int k = 0; k < SHOTS; k++) {
+        shot[0][k] = k * (int64_t)SEC / 7 + (k > 300) * 13;
+        shot[1][k] = k / 2 * (int64_t)SEC;
+    }
+    file.line[0] = (struct track_file_line){ .name = "shutter",
+                                             .count = SHOTS,
+                                             .t_ns_q12 = shot[0] };
+    file.line[1] = (struct track_file_line){ .name = "flash",
+                                             .count = 3,
+                                             .t_ns_q12 = shot[1] };
+    file.step = (struct track_file_step){ "next", 24, 5, SEC };
+    assert_non_null(out);
+    track_file_write(out, &file, track);
+    assert_int_equal(fclose(out), 0);
+    take_bytes();
+}
+
+/* All of it, as a job reads it; 0, or -1 with the sentence. */
+static int read_events(struct track_file *from, int64_t got[2][SHOTS])
+{
+    struct compiled *compiled = compiled_open(&disk_files, path, message);
+    int err = 0;
+
+    if (compiled == NULL)
+        return -1;
+    *from = compiled->file;
+    for (unsigned i = 0; i < from->line_count && i < 2 && err == 0; i++)
+        err = from->line[i].count > SHOTS
+                  ? -1
+                  : track_file_shots(&compiled->file, i, got[i], message);
+    compiled_close(compiled);
+    return err;
+}
+
+static void events_are_read_back_to_the_bit(void **state)
+{
+    static struct track_file from;
+    static int64_t got[2][SHOTS];
+
+    (void)state;
+    write_events();
+    if (read_events(&from, got) < 0)
+        fail_msg("%s", message);
+    assert_int_equal(from.line_count, 2);
+    assert_string_equal(from.line[0].name, "shutter");
+    assert_string_equal(from.line[1].name, "flash");
+    assert_int_equal(from.line[0].count, SHOTS);
+    assert_int_equal(from.line[1].count, 3);
+    assert_memory_equal(got[0], shot[0], sizeof shot[0]);
+    assert_memory_equal(got[1], shot[1], 3 * sizeof shot[1][0]);
+    assert_string_equal(from.step.line, "next");
+    assert_true(from.step.count == 24 && from.step.first_ns_q12 == 5 &&
+                from.step.period_ns_q12 == SEC);
+}
+
+static void damaged_events_are_refused(void **state)
+{
+    static struct track_file from;
+    static int64_t got[2][SHOTS];
+    size_t begin_at;
+
+    (void)state;
+    write_events();
+    begin_at = size - track_file_events_bytes(2) -
+               track_file_times_bytes(SHOTS) - track_file_times_bytes(3);
+    for (size_t at = begin_at; at < size; at += at < begin_at + 160 ? 1 : 7) {
+        bytes[at] ^= 0x10;
+        put_bytes(size);
+        message[0] = 0;
+        if (read_events(&from, got) == 0 || message[0] == 0)
+            fail_msg("changed at %zu: \"%s\"", at, message);
+        bytes[at] ^= 0x10;
+    }
+    for (size_t count = begin_at; count < size; count += 97) {
+        put_bytes(count);
+        assert_refused("cut", count);
+    }
+}
+
 static void an_axis_that_stands_has_no_blocks(void **state)
 {
     struct motion_sample sample;
@@ -490,6 +581,8 @@ int main(void)
         cmocka_unit_test(a_changed_byte_is_refused),
         cmocka_unit_test(a_forged_number_is_refused),
         cmocka_unit_test(an_axis_that_stands_has_no_blocks),
+        cmocka_unit_test(events_are_read_back_to_the_bit),
+        cmocka_unit_test(damaged_events_are_refused),
     };
     return cmocka_run_group_tests(tests, begin, end);
 }

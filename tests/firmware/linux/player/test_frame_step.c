@@ -1,6 +1,10 @@
 /* tests/firmware/linux/player/test_frame_step.c - a shoot whose frames wait for
  * an edge of a line, on the simulated machine. */
+#define _XOPEN_SOURCE 700 /* mkstemp */
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
@@ -127,15 +131,14 @@ static int close_rig(void **state)
     return 0;
 }
 
-static void open_rig(void)
+static void open_job(const char *rig, const char *move)
 {
-    static const char *const directory = "tests/data/steps";
+    const char *path[] = { rig, move };
     char message[YAML_MESSAGE_MAX] = "";
     struct machine_ports ports;
     memset(&bench, 0, sizeof bench);
     bench.stands_ns = -1;
-    assert_int_equal(planning_open(&bench.job, &directory, 1, false),
-                     STATUS_OK);
+    assert_int_equal(planning_open(&bench.job, path, 2, true), STATUS_OK);
     assert_int_equal(
         machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message),
         MOTION_OK);
@@ -146,6 +149,14 @@ static void open_rig(void)
     assert_int_equal(
         machine_init(&bench.machine, &bench.job.rig, &ports, message),
         MOTION_OK);
+}
+
+#define RIG  "tests/data/steps/rig.yaml"
+#define MOVE "tests/data/steps/move.yaml"
+
+static void open_rig(void)
+{
+    open_job(RIG, MOVE);
 }
 
 static void run(int percent)
@@ -247,6 +258,35 @@ static void takes_are_equal_to_the_bit(void **state)
     assert_int_equal(crc32[0], crc32[1]);
 }
 
+/* What a compiled move triggers and waits for is that of its move. */
+static void a_compiled_take_is_equal_too(void **state)
+{
+    static const struct edges edges = { .after_ns = { 5 * MS, 9 * MS } };
+    char path[] = "/tmp/slew-steps-XXXXXX";
+    FILE *out = fdopen(mkstemp(path), "wb");
+
+    (void)state;
+    assert_non_null(out);
+    open_rig();
+    job_compile(&bench.job, out);
+    assert_int_equal(fclose(out), 0);
+    bench.edges = edges;
+    run(100);
+    const uint32_t crc32 = bench.report.set_points_crc32;
+    const int64_t late_ns = bench.late_ns;
+    close_rig(NULL);
+    open_job(RIG, path);
+    assert_int_equal(unlink(path), 0);
+    assert_non_null(bench.job.compiled);
+    bench.edges = edges;
+    run(100);
+    assert_int_equal(bench.report.end, REPORT_DONE);
+    assert_int_equal(bench.report.set_points_crc32, crc32);
+    assert_int_equal(bench.shots.line[0].fired, FRAMES);
+    assert_int_equal(bench.fired_unasked, 0);
+    assert_true(bench.late_ns == late_ns);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -257,6 +297,7 @@ int main(void)
                                   close_rig),
         cmocka_unit_test_teardown(a_dead_line_is_a_fault, close_rig),
         cmocka_unit_test_teardown(takes_are_equal_to_the_bit, close_rig),
+        cmocka_unit_test_teardown(a_compiled_take_is_equal_too, close_rig),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
