@@ -95,7 +95,7 @@ static void until(enum controller_state state)
 }
 
 /* Holds and stands. */
-static void until_held(void)
+static inline void until_held(void)
 {
     until(CONTROLLER_HOLDING);
     for (int i = 0; i < 20000 && controller.rate.rate_q30 != 0; i++)
@@ -109,7 +109,7 @@ static struct motion_segment bench_storage[AXES][64];
 static struct motion_track bench_track[AXES];
 static const struct motion_track *bench_tracks[AXES];
 
-static void make_move(double far_0, double far_1)
+static inline void make_move(double far_0, double far_1)
 {
     const struct motion_ease_limit limit = { 30 * UNIT, 200 * UNIT,
                                              2000 * UNIT };
