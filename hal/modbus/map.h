@@ -154,6 +154,7 @@ struct modbus_map_alarm {
 
 struct modbus_map {
     char title[MODBUS_MAP_TITLE_MAX];
+    bool is_unverified; /* not compared with the maker's words in whole */
     struct modbus_rtu_line line; /* as the drive leaves the factory; its gap is
                                     the least it takes */
     int64_t turnaround_ns; /* from the end of a request, silence included, to

@@ -151,6 +151,13 @@ static int map_read_title(void *reader, const struct yaml_value *value,
                            MODBUS_MAP_TITLE_MAX);
 }
 
+static int map_read_unverified(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    (void)reader;
+    return yaml_value_bool(value, &((struct modbus_map *)out)->is_unverified);
+}
+
 static int map_read_resolution(void *reader, const struct yaml_value *value,
                                void *out)
 {
@@ -168,6 +175,7 @@ static int map_read_default_order(void *reader, const struct yaml_value *value,
 
 static const struct yaml_field map_fields[] = {
     { "title", YAML_REQUIRED, "a text of at most 95 bytes", map_read_title, 0 },
+    { "unverified", YAML_OPTIONAL, "yes or no", map_read_unverified, 0 },
     { "line", YAML_OPTIONAL, "a map with baud, format, gap and turnaround",
       map_read_line, 0 },
     { "resolution", YAML_REQUIRED, "counts per revolution of the motor",

@@ -104,6 +104,22 @@ static void job_say_unsupervised(const char *path, const struct rig *rig,
                 path, rig->axis[i].name);
 }
 
+/* A register map that is partly a guess is said, too. */
+static void job_say_unverified(const char *path, const struct rig *rig,
+                               struct messages *messages)
+{
+    for (uint32_t i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].kind == RIG_MODBUS &&
+            rig->map[rig->axis[i].map].is_unverified)
+            messages_add(messages, MESSAGE_WARNING,
+                         "%s: %s: the register map of \"%s\" is unverified: "
+                         "not all of it was compared with the maker's manual; "
+                         "read what its file says, and try it without a load "
+                         "first",
+                         path, rig->axis[i].name,
+                         rig->map[rig->axis[i].map].title);
+}
+
 enum status job_read_rig(const struct files *files, const char *path,
                          struct rig *rig, struct messages *messages)
 {
@@ -113,6 +129,7 @@ enum status job_read_rig(const struct files *files, const char *path,
         return STATUS_INPUT;
     }
     job_say_unsupervised(path, rig, messages);
+    job_say_unverified(path, rig, messages);
     return STATUS_OK;
 }
 
