@@ -336,6 +336,11 @@ fault-pairs: $(SLEW)
 random-moves: $(SLEW)
 	@$(PYTHON) tests/firmware/linux/random_moves.py $(SLEW) $(or $(N),500)
 
+.PHONY: examples-back
+## every example through every format and back: limits, and what a format cannot hold
+examples-back: $(SLEW)
+	@$(PYTHON) tests/firmware/linux/examples_back.py $(SLEW)
+
 .PHONY: nightly
 ## what takes too long for every change: the same checks with larger numbers
 nightly:
@@ -343,6 +348,7 @@ nightly:
 	@$(MAKE) hold HOLDS=400
 	@N=10000 $(MAKE) check T="homing_random service_random"
 	@$(MAKE) random-moves N=5000
+	@$(MAKE) examples-back
 	@$(MAKE) fault-pairs N=10000
 	@$(MAKE) ramps
 	@$(MAKE) clang-tidy TIDY_TESTS=

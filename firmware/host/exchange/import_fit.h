@@ -5,7 +5,11 @@
  * where the jerk changes within one, the curve that was meant for the samples
  * makes more of it than the move had.  Such an axis takes the first curve of a
  * list that passes.  Keys with tangents are what somebody drew: they stay, and
- * the curve that would pass is named, for --curve. */
+ * the curve that would pass is named, for --curve.
+ *
+ * An axis whose drive goes from key to key by its own profile has no motion that a
+ * file could say: it keeps the keys at which it leaves a place where it rested,
+ * and its last one. */
 #ifndef FIRMWARE_HOST_EXCHANGE_IMPORT_FIT_H
 #define FIRMWARE_HOST_EXCHANGE_IMPORT_FIT_H
 
@@ -16,15 +20,19 @@ struct import_fit {
     bool passes;  /* as it was read */
     bool changed; /* `other` was taken */
     bool has_other;
+    bool needs_time; /* what was taken is too fast, and nothing else */
     enum plan_curve curve, other; /* as it was read, and one that passes */
     struct plan_violation worst;  /* the first of the curve as it was read */
+    uint32_t kept, of; /* keys, of an axis that goes by its drive's profile */
 };
 
-/* Judge an axis, and give one that breaks a limit another curve through its
+/* Judge an axis, take from one that goes by its drive's profile all keys but
+ * those, and give one that breaks a limit another curve through its
  * times and positions, without its velocities: where it is samples and no
  * --curve was said, the first that passes; where it is keys with tangents and
  * one was, that one if it passes.  MOTION_OK, or what planning the axis as it
- * was read has against it, with the sentence in `error`. */
+ * was read has against it, or that it turns back without resting where its drive
+ * cannot, with the sentence in `error`. */
 int import_fit(const struct import_wish *wish, bool sampled,
                struct plan_axis *axis, struct import_fit *fit,
                struct plan_error *error);

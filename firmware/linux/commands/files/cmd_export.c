@@ -11,6 +11,7 @@
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 
+#define CMD_EXPORT_LOST_MAX    256
 #define CMD_EXPORT_OPTIONS_MAX (64 + IMPORT_NAMES_MAX)
 
 static enum status cmd_export_fail(const char *what, const char *which)
@@ -58,17 +59,40 @@ static void cmd_export_options(const struct job *job,
                                  job->move.axis[i].name);
 }
 
-static void cmd_export_report(const char *path, const char *options, bool json)
+/* What no format can hold, of an axis; false: all of it can. */
+static bool cmd_export_lost(const struct job *job, unsigned i,
+                            char text[CMD_EXPORT_LOST_MAX])
 {
+    if (!job_runs_by_drive_profile(job, i))
+        return false;
+    snprintf(text, CMD_EXPORT_LOST_MAX,
+             "%s: its drive goes from key to key by its own profile, which no "
+             "file can hold: what is written is the motion expected of it, and "
+             "slew import keeps where it leaves a rest",
+             job->move.axis[i].name);
+    return true;
+}
+
+static void cmd_export_report(const struct job *job, const char *path,
+                              const char *options, bool json)
+{
+    char lost[CMD_EXPORT_LOST_MAX];
     if (!json) {
         printf("written: %s\n", path);
         if (options[0] != 0)
             printf("to read it back: %s\n", options);
+        for (unsigned i = 0; i < job->move.axis_count; i++)
+            if (cmd_export_lost(job, i, lost))
+                puts(lost);
         return;
     }
     cJSON *report = cJSON_CreateObject();
     cJSON_AddStringToObject(report, "written", path);
     cJSON_AddStringToObject(report, "import_options", options);
+    cJSON *list = cJSON_AddArrayToObject(report, "lost");
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        if (cmd_export_lost(job, i, lost))
+            cJSON_AddItemToArray(list, cJSON_CreateString(lost));
     json_print(report, stdout);
 }
 
@@ -88,7 +112,7 @@ static enum status cmd_export_job(const struct import_format *format,
     if (status == STATUS_OK) {
         char needed[CMD_EXPORT_OPTIONS_MAX];
         cmd_export_options(job, format, &fps, needed);
-        cmd_export_report(options->out, needed, options->json);
+        cmd_export_report(job, options->out, needed, options->json);
     }
     job_free(job);
     memory_free(job);

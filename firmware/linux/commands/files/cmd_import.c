@@ -119,7 +119,8 @@ static void cmd_import_curves(const struct imported *imported,
         cJSON_AddStringToObject(row, "curve",
                                 plan_curve_rules(axis->curve)->name);
         cJSON_AddBoolToObject(row, "within_limits",
-                              fit[i].passes || fit[i].changed);
+                              fit[i].passes ||
+                                  (fit[i].changed && !fit[i].needs_time));
         cJSON_AddStringToObject(row, "note", text);
         cJSON_AddItemToArray(list, row);
     }

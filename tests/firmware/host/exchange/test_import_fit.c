@@ -10,6 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "motion/core/fixed.h"
 #include "tests/support/check.h"
 
 #define DOLLY "examples/dolly"
@@ -17,11 +18,29 @@
 static struct job job;
 static char message[YAML_MESSAGE_MAX];
 
+/* In the place of the one that is open. */
+static int open_example(const char *path)
+{
+    job_free(&job);
+    return planning_open(&job, &path, 1, false) == STATUS_OK ? 0 : -1;
+}
+
 static int open_dolly(void **state)
 {
-    const char *const path[] = { DOLLY };
     (void)state;
-    return planning_open(&job, path, 1, false) == STATUS_OK ? 0 : -1;
+    return open_example(DOLLY);
+}
+
+static int open_turntable(void **state)
+{
+    (void)state;
+    return open_example("examples/turntable");
+}
+
+static int open_timelapse(void **state)
+{
+    (void)state;
+    return open_example("examples/timelapse");
 }
 
 static int close_dolly(void **state)
@@ -186,6 +205,70 @@ static void cycles_are_not_dropped(void **state)
     move_free(&got.move);
 }
 
+/* The keys of the move from which it leaves a place, through every format. */
+static void a_drive_s_own_profile_keeps_where_it_rests(void **state)
+{
+    static const int64_t want_deg[] = { 0, 90, 180, 270 };
+    (void)state;
+    for (const struct import_format *f = import_format; f->name != NULL; f++) {
+        struct import_wish wish = wish_of();
+        struct imported got = there_and_back(f, &rates[2], &wish);
+        struct plan_axis *axis = &got.move.axis[0];
+        const struct import_fit fit = fit_of(&wish, f->sampled, axis);
+        char text[IMPORT_FIT_MAX];
+        assert_true(fit.passes);
+        assert_true(fit.kept == 4 && fit.of > 10 && axis->key_count == 4);
+        for (int k = 0; k < 4; k++) {
+            const int64_t off =
+                axis->key[k].key.pos_q32 - want_deg[k] * MOTION_FIXED_ONE_Q32;
+            assert_in_range(off + 100, 0, 200);
+        }
+        /* 3 s, 6 s: where the move itself leaves; its end */
+        assert_in_range(axis->key[1].key.t_ns_q12, 3 * MOTION_FIXED_S_Q12 - 9,
+                        3 * MOTION_FIXED_S_Q12 + 9);
+        assert_in_range(axis->key[3].key.t_ns_q12, 8 * MOTION_FIXED_S_Q12 - 9,
+                        9 * MOTION_FIXED_S_Q12);
+        import_fit_text(&fit, wish.rig, axis, text);
+        assert_non_null(strstr(text, "its drive goes from key to key"));
+        move_free(&got.move);
+    }
+}
+
+static void one_that_turns_without_a_rest_is_refused(void **state)
+{
+    struct import_wish wish = wish_of();
+    struct import_fit fit;
+    struct plan_error error;
+    struct plan_key key[3] = { { .key = { .t_ns_q12 = 0 } } };
+    struct plan_axis axis = { .name = "table", .key = key, .key_count = 3 };
+    (void)state;
+    for (int k = 0; k < 3; k++)
+        key[k].key = (struct motion_key){
+            .t_ns_q12 = k * MOTION_FIXED_S_Q12,
+            .pos_q32 = k == 1 ? 30 * MOTION_FIXED_ONE_Q32 : 0,
+        };
+    key[1].place = (struct plan_place){ 7, 3 };
+    assert_true(import_fit(&wish, true, &axis, &fit, &error) < 0);
+    assert_non_null(strstr(error.text, "turns back here without resting"));
+    assert_int_equal(error.place.line, 7);
+}
+
+/* At its limits, so that every curve through the samples is over one. */
+static void what_more_time_cures_is_said(void **state)
+{
+    struct import_wish wish = wish_of();
+    struct imported got =
+        there_and_back(import_format_find("kuper"), &rates[2], &wish);
+    struct plan_axis *axis = &got.move.axis[0];
+    const struct import_fit fit = fit_of(&wish, true, axis);
+    char text[IMPORT_FIT_MAX];
+    (void)state;
+    assert_true(!fit.passes && fit.changed && fit.needs_time);
+    import_fit_text(&fit, wish.rig, axis, text);
+    assert_non_null(strstr(text, "slew fit cures"));
+    move_free(&got.move);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -193,6 +276,11 @@ int main(void)
         cmocka_unit_test(a_curve_that_was_said_stays),
         cmocka_unit_test(tangents_stay_unless_a_curve_is_said),
         cmocka_unit_test(cycles_are_not_dropped),
+        cmocka_unit_test_setup(a_drive_s_own_profile_keeps_where_it_rests,
+                               open_turntable),
+        cmocka_unit_test_setup(one_that_turns_without_a_rest_is_refused,
+                               open_turntable),
+        cmocka_unit_test_setup(what_more_time_cures_is_said, open_timelapse),
     };
     return cmocka_run_group_tests(tests, open_dolly, close_dolly);
 }
