@@ -137,8 +137,10 @@ guarded()
     begin "moving" run --real --yes "$dir/rig.yaml" "$dir/move.yaml"
     sleep 0.5
     kill "-$1" "$run"
-    comes "$3" "$dir/err"
+    comes "it ended without\|its loop hung" "$dir/err"
     comes "lift: torque is off" "$dir/err"
+    grep -q "$3" "$dir/err" ||
+        fail "ticks were lost before the signal: its loop hung"
     ended "$2"
     is_off "$1"
 }
