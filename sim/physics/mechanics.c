@@ -59,8 +59,9 @@ int sim_mechanics_init(struct sim_mechanics *self,
         (config->has_stops && (at - sag < config->stop_low_counts ||
                                at - sag > config->stop_high_counts)))
         return MOTION_E_ARG;
-    *self =
-        (struct sim_mechanics){ .load_inertia = load, .pos_q24 = motor_q24 };
+    *self = (struct sim_mechanics){ .load_inertia = load,
+                                    .weight = config->weight_counts_s2,
+                                    .pos_q24 = motor_q24 };
     err = sim_drivetrain_init(&self->drive, &drive);
     if (err < 0)
         return err;
@@ -122,6 +123,11 @@ void sim_mechanics_drag(struct sim_mechanics *self, double dt_s,
     self->pos_q24 = pos_q24;
     self->integral = 0;
     sim_drivetrain_reset(&self->drive);
+}
+
+void sim_mechanics_pull(struct sim_mechanics *self, double counts_s2)
+{
+    self->drive.config.inertia[LOAD].load_n_m = self->weight - counts_s2;
 }
 
 double sim_mechanics_swing_counts(const struct sim_mechanics *self)

@@ -29,6 +29,7 @@ struct sim_mechanics {
     struct sim_drivetrain drive;
     double load_inertia; /* of 1 */
     double integral;     /* of the loop: counts s */
+    double weight;       /* without a pull */
     int64_t pos_q24;     /* of the motor, after the last step */
     uint64_t failed;     /* steps that could not be computed: it stood */
 };
@@ -49,6 +50,9 @@ void sim_mechanics_step(struct sim_mechanics *self, double torque_counts_s2,
  * where it has that speed. */
 void sim_mechanics_drag(struct sim_mechanics *self, double dt_s,
                         int64_t from_q24, int64_t pos_q24, int64_t vel_q24);
+
+/* A force from outside works on the load from now on, along positive motion. */
+void sim_mechanics_pull(struct sim_mechanics *self, double counts_s2);
 
 /* How far the load swings beside where it would hang at rest, were the motor
  * held from now on: its amplitude, whatever the phase. */

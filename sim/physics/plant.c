@@ -2,6 +2,7 @@
 #include "sim/physics/plant.h"
 
 #include <assert.h>
+#include <math.h>
 
 #include "motion/core/err.h"
 #include "sim/physics/mechanics.h"
@@ -233,7 +234,7 @@ static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
         pull = pull > 0 ? acc_max : -acc_max;
         plant->saturated = true;
     }
-    plant->acc_q8 = sim_plant_shift_round(pull, 32);
+    plant->acc_q8 = sim_plant_shift_round(pull, 32) + plant->pull_q8;
     if (plant->friction_q8 > 0)
         plant->acc_q8 = sim_plant_rub_q8(plant, plant->acc_q8, step_s_q60);
     if (plant->mechanics != NULL) {
@@ -296,6 +297,14 @@ void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns)
         sim_mechanics_drag(plant->mechanics, sim_plant_seconds(step_s_q60),
                            from_q24, plant->pos_q24, plant->vel_q24);
     sim_plant_measure(plant);
+}
+
+void sim_plant_pull(struct sim_plant *plant, double counts_s2)
+{
+    if (plant->mechanics != NULL)
+        sim_mechanics_pull(plant->mechanics, counts_s2);
+    else
+        plant->pull_q8 = llround(counts_s2 * 256);
 }
 
 void sim_plant_block(struct sim_plant *plant)

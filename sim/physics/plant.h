@@ -46,6 +46,7 @@ struct sim_plant {
     int64_t acc_q8;  /* counts/s2, as applied */
     bool saturated;  /* the last step met a limit */
     int64_t push_q8; /* counts/s2, set by the owner, |push| < 2^54; 0 */
+    int64_t pull_q8; /* of an outside force: sim_plant_pull */
     /* Set by the owner too; none of it after init: friction beside that of the
      * loop's own model, counts/s2, 0 .. 2^48; a motor phase exchanged, so that
      * the loop drives the rotor away from its target; hard stops, at which it
@@ -79,6 +80,11 @@ void sim_plant_step(struct sim_plant *plant, int64_t target_q24,
 
 /* The same without torque: slows down and stands. */
 void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns);
+
+/* A force from outside works on it from now on, as the acceleration that it
+ * makes, counts/s2, |pull| <= 2^46; on a load where there is one.  While it has
+ * torque: its brake is stronger. */
+void sim_plant_pull(struct sim_plant *plant, double counts_s2);
 
 /* Something holds the rotor: it stands at once, whatever the torque. */
 void sim_plant_block(struct sim_plant *plant);

@@ -209,7 +209,34 @@ struct rig_line {
     struct plan_place place;
 };
 
+/* What a simulated axis carries or pulls: sim/physics/payload.h. */
+enum rig_payload_kind {
+    RIG_PAYLOAD_PENDULUM,
+    RIG_PAYLOAD_CABLE,
+    RIG_PAYLOAD_CURTAIN,
+    RIG_PAYLOAD_BALL,
+    RIG_PAYLOAD_KINDS
+};
+#define RIG_PAYLOADS_MAX 16
+
+struct rig_payload {
+    char name[PLAN_NAME_MAX];
+    uint32_t axis;
+    uint8_t kind; /* enum rig_payload_kind */
+    double mass_kg, cable_kg, length_m, width_m, damping, radius_m;
+    double friction, start_m;
+    double arm_m;   /* of an axis that turns: from it to the payload; 0: none */
+    double inertia; /* of what the axis moves itself, kg or kg m2; 0: it is so
+                       large that the payload does nothing to it */
+    struct plan_place place;
+};
+
 struct rig;
+/* m, or for a ball rad, of the payload's axis there, and per unit of it. */
+double rig_payload_at(const struct rig *rig, const struct rig_payload *payload,
+                      int64_t pos_q32);
+double rig_payload_scale(const struct rig *rig,
+                         const struct rig_payload *payload);
 bool rig_line_is_output(const struct rig_line *line);
 unsigned rig_trigger_count(const struct rig *rig);
 const char *rig_line_kind_text(enum rig_line_kind kind); /* "e-stop" ... */
@@ -234,6 +261,8 @@ struct rig {
     const struct quirk_set *quirks; /* slew's own; NULL: no CiA 402 drive */
     struct rig_line *line;
     uint32_t line_count;
+    struct rig_payload *payload;
+    uint32_t payload_count;
     struct plan_rig *kinematics; /* axes of the rig; NULL: not given */
     struct plan_space *rail;     /* of its carrier; NULL: another one */
 };

@@ -53,6 +53,8 @@ static const struct yaml_field rig_fields[] = {
     { "kinematics", YAML_OPTIONAL,
       "a map with head, and linear, arc, rail, gantry or jib; or with arm",
       rig_read_kinematics, 0 },
+    { "payload", YAML_OPTIONAL, "a map of 1 .. 16 things that axes carry",
+      rig_read_payloads, 0 },
 };
 static const struct yaml_shape rig_shape = { "rig", rig_fields,
                                              ARRAY_LEN(rig_fields) };
@@ -70,6 +72,7 @@ const struct yaml_words rig_words[] = {
     { "line.active", rig_line_levels, RIG_LINE_LEVELS },
     { "line.bias", rig_line_biases, RIG_LINE_BIASES },
     { "jib.mount", rig_jib_heads, RIG_JIB_HEADS },
+    { "payload.kind", rig_payload_kinds, RIG_PAYLOAD_KINDS },
     { NULL, NULL, 0 },
 };
 
@@ -108,6 +111,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_head_shape,
     &rig_table_shape,
     &rig_lens_shape,
+    &rig_payload_shape,
     NULL,
 };
 
@@ -153,6 +157,7 @@ void rig_part(struct rig *part, const struct rig *rig, uint32_t bus)
     part->bus[0] = rig->bus[bus];
     part->bus_count = 1;
     part->line_count = 0;
+    part->payload_count = 0;
     part->axis =
         memory_pool_new(&part->memory, rig->axis_count, sizeof *part->axis);
     part->axis_count = 0;

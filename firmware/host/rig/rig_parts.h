@@ -80,6 +80,7 @@ int rig_read_sim_load(void *reader, const struct yaml_value *value, void *out);
 int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
+int rig_read_payloads(void *reader, const struct yaml_value *value, void *out);
 int rig_read_kinematics(void *reader, const struct yaml_value *value,
                         void *out);
 /* Of kinematics: a point of three lengths, a direction, yes or no, an axis that
@@ -140,7 +141,7 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_kinematics_shape, rig_linear_shape, rig_slide_shape, rig_joint_shape,
     rig_arc_shape, rig_rail_shape, rig_arm_shape, rig_link_shape,
     rig_tool_shape, rig_gantry_shape, rig_jib_shape, rig_head_shape,
-    rig_table_shape, rig_lens_shape;
+    rig_table_shape, rig_lens_shape, rig_payload_shape;
 #define RIG_KIND_SHAPE(NAME, name)                                             \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)
@@ -167,5 +168,6 @@ extern const char *const rig_line_levels[RIG_LINE_LEVELS];
 extern const char *const rig_line_biases[RIG_LINE_BIASES];
 extern const char *const rig_shaper_kinds[PLAN_SHAPER_KINDS];
 extern const char *const rig_jib_heads[RIG_JIB_HEADS];
+extern const char *const rig_payload_kinds[RIG_PAYLOAD_KINDS];
 
 #endif

@@ -37,7 +37,7 @@ struct options {
     bool help, json, dry_run;
     bool segments, rules;     /* plan */
     bool quaternion, raw;     /* sample */
-    bool space;               /* plot */
+    bool space, film;         /* plot */
     bool realtime, real, pty; /* run, sim */
     bool eds;                 /* sim */
     int64_t fmi;              /* sim; -1 when not given */

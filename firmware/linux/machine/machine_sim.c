@@ -155,6 +155,7 @@ static void machine_sim_storage(struct machine_sim *sim, const struct rig *rig)
     for (uint32_t i = 0; i < rig->axis_count && sim->mechanics == NULL; i++)
         if (rig->axis[i].sim.load.given)
             CAPACITY(mechanics, rig->axis_count);
+    CAPACITY(payload, rig->payload_count);
     CAPACITY(line, rig->line_count);
     CAPACITY(pressed, rig->line_count);
     CAPACITY(stuck, rig->line_count);
@@ -221,5 +222,8 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].homing.by != HOMING_NONE)
             sim->zero_q32[i] = rig->axis[i].sim.start_q32;
+    const int hung = machine_sim_payloads(sim, &loaded);
+    if (hung < 0)
+        return machine_sim_fail(message, rig->axis[loaded].name, hung);
     return machine_sim_switches(sim);
 }

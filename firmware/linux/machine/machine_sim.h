@@ -12,6 +12,7 @@
 #include "sim/bus/can.h"
 #include "sim/bus/gpio.h"
 #include "sim/physics/mechanics.h"
+#include "sim/physics/payload.h"
 #include "sim/world.h"
 
 struct machine_sim {
@@ -38,7 +39,11 @@ struct machine_sim {
      * is switched on with an encoder that counts from there */
     int64_t *zero_q32;
     struct sim_mechanics
-        *mechanics;            /* one per axis; used where it has a load */
+        *mechanics;              /* one per axis; used where it has a load */
+    struct sim_payload *payload; /* of the rig; machine_sim_payload.c */
+    struct sim_member payloads;
+    int64_t payloads_due_ns;
+    uint64_t payload_failed;   /* steps that could not be computed */
     struct hal_clock follower; /* real time: waits, then runs the world */
     struct clock_linux real;
 };
@@ -85,8 +90,14 @@ int machine_sim_attach(const struct rig_axis *axis, unsigned number,
 int machine_sim_loads(struct machine_sim *sim, unsigned *axis);
 /* Of an axis that has a load: how far that is ahead of the motor, and how far it
  * would swing if the motor stood from now on. */
+struct sim_plant *machine_sim_plant_of(struct machine_sim *sim, unsigned i);
 int64_t machine_sim_twist_q32(struct machine_sim *sim, unsigned i);
 int64_t machine_sim_swing_q32(struct machine_sim *sim, unsigned i);
+/* machine_sim_payload.c: what the rig's axes carry, from where they stand on;
+ * *axis is the one that an error is about. */
+int machine_sim_payloads(struct machine_sim *sim, unsigned *axis);
+void machine_sim_payload_config(const struct rig_payload *from,
+                                struct sim_payload_config *config);
 /* In whole counts. */
 int machine_sim_counts(const struct rig_axis *axis, int64_t value_q32,
                        int64_t *counts);

@@ -74,8 +74,7 @@ int machine_sim_attach(const struct rig_axis *axis, unsigned number,
                : MOTION_OK;
 }
 
-static struct sim_plant *machine_sim_plant_of(struct machine_sim *sim,
-                                              unsigned i)
+struct sim_plant *machine_sim_plant_of(struct machine_sim *sim, unsigned i)
 {
     const struct machine_kind *kind = machine_kinds[sim->rig->axis[i].kind];
 

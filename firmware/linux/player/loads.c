@@ -2,6 +2,7 @@
 #include "firmware/linux/player/loads.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/units.h"
@@ -13,6 +14,8 @@ void loads_init(struct loads *loads, struct machine_sim *sim)
     loads->sim = sim;
     loads->axis = memory_pool_new(&loads->memory, sim->rig->axis_count,
                                   sizeof *loads->axis);
+    loads->payload = memory_pool_new(&loads->memory, sim->rig->payload_count,
+                                     sizeof *loads->payload);
 }
 
 void loads_free(struct loads *loads)
@@ -37,6 +40,25 @@ static void loads_take(struct loads *loads, unsigned i,
     }
 }
 
+static void loads_take_payload(struct loads *loads, unsigned i,
+                               enum telemetry_phase phase)
+{
+    const struct sim_payload *const payload = &loads->sim->payload[i];
+    struct payload_seen *const seen = &loads->payload[i];
+    const double off_m = sim_payload_off_m(payload);
+
+    if (phase != TELEMETRY_MOVE && phase != TELEMETRY_SETTLE)
+        return;
+    if (fabs(payload->force) > seen->force)
+        seen->force = fabs(payload->force);
+    if (off_m > seen->off_m)
+        seen->off_m = off_m;
+    if (phase == TELEMETRY_SETTLE) {
+        seen->ended = true;
+        seen->at_end_m = off_m;
+    }
+}
+
 void loads_step(struct loads *loads, enum telemetry_phase phase)
 {
     const struct rig *rig = loads->sim->rig;
@@ -44,6 +66,31 @@ void loads_step(struct loads *loads, enum telemetry_phase phase)
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].sim.load.given)
             loads_take(loads, i, phase);
+    for (unsigned i = 0; i < rig->payload_count; i++)
+        loads_take_payload(loads, i, phase);
+}
+
+static bool loads_is_torque(const struct rig_payload *payload)
+{
+    return payload->kind == RIG_PAYLOAD_BALL;
+}
+
+static void loads_print_payload(const struct loads *loads, unsigned i,
+                                FILE *file)
+{
+    const struct payload_seen *const seen = &loads->payload[i];
+    const struct rig *const rig = loads->sim->rig;
+    const struct rig_payload *const payload = &rig->payload[i];
+
+    fprintf(file, "payload:   %s on %s was off its rest by %.3g m at most",
+            payload->name, rig->axis[payload->axis].name, seen->off_m);
+    if (loads->sim->payload[i].gone)
+        fputs(", and fell off its plate", file);
+    else if (seen->ended)
+        fprintf(file, ", %.3g m at the end", seen->at_end_m);
+    fprintf(file, "; %.3g %s against its axis%s\n", seen->force,
+            loads_is_torque(payload) ? "N m" : "N",
+            payload->inertia > 0 ? "" : ", which it does not move");
 }
 
 void loads_print(const struct loads *loads, FILE *file)
@@ -61,6 +108,32 @@ void loads_print(const struct loads *loads, FILE *file)
             fprintf(file, ", and swings by %.4g %s at the end",
                     (double)seen->swing_q32 * 0x1p-32, unit);
         fputc('\n', file);
+    }
+    for (unsigned i = 0; i < rig->payload_count; i++)
+        loads_print_payload(loads, i, file);
+}
+
+static void loads_json_payloads(const struct loads *loads, cJSON *object)
+{
+    const struct rig *const rig = loads->sim->rig;
+    cJSON *const list = cJSON_AddArrayToObject(object, "payloads");
+
+    for (unsigned i = 0; i < rig->payload_count; i++) {
+        const struct payload_seen *const seen = &loads->payload[i];
+        cJSON *const item = cJSON_CreateObject();
+        cJSON_AddStringToObject(item, "name", rig->payload[i].name);
+        cJSON_AddStringToObject(item, "axis",
+                                rig->axis[rig->payload[i].axis].name);
+        cJSON_AddNumberToObject(item, "off_m", seen->off_m);
+        if (seen->ended)
+            cJSON_AddNumberToObject(item, "off_at_end_m", seen->at_end_m);
+        else
+            cJSON_AddNullToObject(item, "off_at_end_m");
+        cJSON_AddNumberToObject(
+            item, loads_is_torque(&rig->payload[i]) ? "torque_n_m" : "force_n",
+            seen->force);
+        cJSON_AddBoolToObject(item, "gone", loads->sim->payload[i].gone);
+        cJSON_AddItemToArray(list, item);
     }
 }
 
@@ -84,4 +157,6 @@ void loads_json(const struct loads *loads, cJSON *object)
             cJSON_AddNullToObject(item, "swing_at_end");
         cJSON_AddItemToArray(list, item);
     }
+    if (rig->payload_count > 0)
+        loads_json_payloads(loads, object);
 }

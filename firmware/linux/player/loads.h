@@ -11,6 +11,13 @@
 
 struct cJSON;
 
+/* Of a payload. */
+struct payload_seen {
+    double off_m, at_end_m; /* at most while the axes move; when they settled */
+    double force;           /* the most against its axis, N or N m */
+    bool ended;
+};
+
 struct load_seen {
     int64_t off_q32;   /* the most */
     int64_t swing_q32; /* when the axes have settled at their end */
@@ -21,7 +28,8 @@ struct load_seen {
 struct loads {
     struct memory_pool memory;
     struct machine_sim *sim;
-    struct load_seen *axis; /* of the rig */
+    struct load_seen *axis;       /* of the rig */
+    struct payload_seen *payload; /* of the rig */
 };
 
 /* Of a simulation that outlives it. */

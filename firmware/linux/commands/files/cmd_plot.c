@@ -14,6 +14,7 @@
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/files/plot_payload.h"
 #include "firmware/linux/commands/picture.h"
 #include "firmware/linux/commands/planning.h"
 #include "motion/core/fixed.h"
@@ -115,9 +116,18 @@ static enum status cmd_plot_space(const struct job *job,
                                   const struct options *options)
 {
     struct plan_rig rig;
+    if (options->film && job->rig.payload_count == 0) {
+        error_say("%s: no axis carries anything, expected payload",
+                  job->rig_path);
+        return STATUS_INPUT;
+    }
+    if (options->film ||
+        (!job_camera_rig(job, &rig) && job->rig.payload_count > 0))
+        return plot_payload(job, options);
     if (!job_camera_rig(job, &rig)) {
         error_say("%s: says nothing of where the camera is, expected "
-                  "kinematics, or a move with a path and a camera on it",
+                  "kinematics, payload, or a move with a path and a camera on "
+                  "it",
                   job->rig_path);
         return STATUS_INPUT;
     }
@@ -135,9 +145,10 @@ static enum status cmd_plot_recording(struct job *job, struct trace *trace,
     char message[YAML_MESSAGE_MAX];
     enum status status = STATUS_INPUT;
     if (options->compare != NULL || options->telemetry != NULL ||
-        options->space)
+        options->space || options->film)
         status = cmd_plot_fail("a recording has its move in it, expected RIG "
-                               "MOVE for --compare, --telemetry and --space");
+                               "MOVE for --compare, --telemetry, --space and "
+                               "--film");
     else if (record_files_open(files, &disk_files, options->path[0], message) <
              0)
         error_say("%s", message);
@@ -162,15 +173,15 @@ static enum status cmd_plot_job(struct job *job, struct trace *trace,
     if (options->path_count == 1 &&
         mcap_reader_is_mcap(&disk_files, options->path[0]))
         return cmd_plot_recording(job, trace, files, options);
-    enum status status =
-        planning_open(job, options->path, options->path_count,
-                      options->compare == NULL && !options->space);
+    enum status status = planning_open(job, options->path, options->path_count,
+                                       options->compare == NULL &&
+                                           !options->space && !options->film);
     if (status == STATUS_OK && options->compare != NULL)
         status = compare_job(job, options->compare, options->axis);
     error_tell(&job->messages);
     if (status != STATUS_OK)
         return status;
-    if (options->space)
+    if (options->space || options->film)
         return cmd_plot_space(job, options);
     bool traced = options->telemetry != NULL;
     if (traced) {
@@ -193,11 +204,11 @@ static enum status cmd_plot_run(const struct options *options)
         return cmd_plot_fail(
             "--compare: not with --telemetry, as a run has one "
             "curve");
-    if (options->space &&
+    if ((options->space || options->film) &&
         (options->compare != NULL || options->telemetry != NULL))
         return cmd_plot_fail(
-            "--space: not with --compare or --telemetry, which "
-            "are of curves over time");
+            "--space, --film: not with --compare or --telemetry, "
+            "which are of curves over time");
     if (options->axis != NULL && options->compare == NULL)
         return cmd_plot_fail(
             "--axis is for --compare, expected --compare CURVE "
@@ -225,7 +236,10 @@ static const struct option_row cmd_plot_option[] = {
     { "axis", "NAME", OPTION_TEXT, offsetof(struct options, axis),
       "with --compare: whose keys" },
     { "space", NULL, OPTION_FLAG, offsetof(struct options, space),
-      "where the camera goes, how it looks and what it sees" },
+      "where the camera goes, how it looks and what it sees; without one, what "
+      "axes carry in twelve moments" },
+    { "film", NULL, OPTION_FLAG, offsetof(struct options, film),
+      "what axes carry, moving: an .svg that plays, or .png after .png" },
     OPTIONS_COMMON,
 };
 
@@ -243,14 +257,16 @@ const struct command cmd_plot = {
         "a key gives and a curve does not take is left out.  docs/GALLERY.md\n"
         "shows every kind.  MOVE may be a compiled one, which has no keys\n"
         "(slew compile).  With --space the camera from above, from the side\n"
-        "and at a slant: of a rig with kinematics, or on a path.\n",
+        "and at a slant: of a rig with kinematics, or on a path.  What axes\n"
+        "carry (payload) is simulated along the move and for 2 s after it.\n",
     .examples = "  slew plot --out dolly.svg examples/dolly\n"
                 "  slew plot --out run.png --telemetry run.csv rig.yaml "
                 "move.yaml\n"
                 "  slew plot --out run.png run.mcap\n"
                 "  slew plot --out pan.svg --compare linear,quintic --axis pan "
                 "examples/dolly\n"
-                "  slew plot --space --out orbit.svg examples/orbit\n",
+                "  slew plot --space --out orbit.svg examples/orbit\n"
+                "  slew plot --film --out payload.svg examples/payload\n",
     COMMAND_OPTIONS(cmd_plot_option),
     .run = cmd_plot_run,
 };

@@ -250,7 +250,7 @@ static enum status cmd_run_play(struct cmd_run *self)
                                : options->resume_after_ns,
     };
     config.faults = options->faults != NULL ? &self->faults : NULL;
-    if (self->live.sim.mechanics != NULL) {
+    if (self->live.sim.mechanics != NULL || self->job.rig.payload_count > 0) {
         loads_init(&self->loads, &self->live.sim);
         config.loads = &self->loads;
     }

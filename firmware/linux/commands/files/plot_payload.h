@@ -1,0 +1,13 @@
+/* firmware/linux/commands/files/plot_payload.h - what the axes of a rig carry, as
+ * it moves with a move: a strip of moments, pictures, or an SVG that plays. */
+#ifndef FIRMWARE_LINUX_COMMANDS_FILES_PLOT_PAYLOAD_H
+#define FIRMWARE_LINUX_COMMANDS_FILES_PLOT_PAYLOAD_H
+
+#include "firmware/host/job/job.h"
+#include "firmware/linux/commands/options.h"
+
+/* Of a job whose rig has payloads on axes that move: options->film, an SVG that
+ * plays or a sequence of PNG; else one page.  With a sentence on stderr. */
+enum status plot_payload(const struct job *job, const struct options *options);
+
+#endif
