@@ -359,8 +359,9 @@ unsigned sim_payload_points(const struct sim_payload *self,
     case SIM_PAYLOAD_BALL:
         for (int i = 0; i < 2; i++) {
             const double to = i == 0 ? -half : half;
-            point[i] = (struct sim_payload_point){ to * cos(self->at), 0,
-                                                   -to * sin(self->at) };
+            point[i].x = to * cos(self->at);
+            point[i].y = 0;
+            point[i].z = -to * sin(self->at);
         }
         point[2] = (struct sim_payload_point){ self->ball.pos_m[0],
                                                self->ball.pos_m[1],
