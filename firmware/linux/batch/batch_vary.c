@@ -97,6 +97,32 @@ static int vary_range(const char *item, char *text, struct batch_item *to,
                            "goes down, expected the lower value first");
 }
 
+/* MEAN+-DEVIATION; a unit behind DEVIATION holds for MEAN too. */
+static int vary_normal(const char *item, char *text, struct batch_item *to,
+                       enum units_axis unit, char message[BATCH_MESSAGE_MAX])
+{
+    const struct vary_what *const of = &vary_of[to->what];
+    const struct vary_what spread = { of->word, of->quantity, 0, of->most };
+    char sentence[UNITS_SENTENCE_MAX], mean[96];
+    char *const sign = strstr(text, "+-");
+
+    *sign = '\0';
+    const char *const deviation = sign + 2;
+    const char *word = deviation + strspn(deviation, " .0123456789eE");
+    if (strpbrk(text, "abcdfghijklmnopqrstuvwxyz%") != NULL)
+        word = ""; /* MEAN has its own */
+    snprintf(mean, sizeof mean, "%.60s%s%.30s", text,
+             word[0] != '\0' ? " " : "", word);
+    if (vary_bound(mean, of, unit, &to->low, sentence) < 0 ||
+        vary_bound(deviation, &spread, unit, &to->deviation, sentence) < 0)
+        return vary_fail(message, item, sentence);
+    to->high = to->low;
+    return to->deviation > 0
+               ? 0
+               : vary_fail(message, item,
+                           "has no deviation, expected one above 0");
+}
+
 static int vary_add(struct batch_vary *vary, const struct batch_item *item,
                     const char *text, char message[BATCH_MESSAGE_MAX])
 {
@@ -139,7 +165,10 @@ static int vary_of_axes(struct batch_vary *vary, const char *item, char *text,
         any = true;
         to.axis = i;
         snprintf(copy, sizeof copy, "%s", range);
-        if (vary_range(item, copy, &to, vary->rig->axis[i].unit, message) < 0 ||
+        const enum units_axis unit = vary->rig->axis[i].unit;
+        if ((strstr(copy, "+-") != NULL
+                 ? vary_normal(item, copy, &to, unit, message)
+                 : vary_range(item, copy, &to, unit, message)) < 0 ||
             vary_add(vary, &to, item, message) < 0)
             return -1;
     }
@@ -152,7 +181,7 @@ static int vary_faults(struct batch_vary *vary, const char *item, char *range,
     struct batch_item to = { .what = BATCH_FAULTS };
     if (vary->script == NULL)
         return vary_fail(message, item, "has no script, expected --faults");
-    if (strstr(range, "..") != NULL)
+    if (strstr(range, "..") != NULL || strstr(range, "+-") != NULL)
         return vary_fail(message, item, "is a share, such as 20 %");
     return vary_range(item, range, &to, UNITS_AXIS_MM, message) < 0
                ? -1
@@ -167,8 +196,10 @@ static int vary_item(struct batch_vary *vary, const char *item,
         return vary_fail(message, item, "is too long");
     char *const equals = strchr(text, '=');
     if (equals == NULL)
-        return vary_fail(message, item,
-                         "expected AXIS.WHAT=LOW..HIGH, such as pan.mass=1..2");
+        return vary_fail(
+            message, item,
+            "expected AXIS.WHAT=LOW..HIGH or =MEAN+-DEVIATION, such "
+            "as pan.mass=1..2");
     *equals = '\0';
     if (strcmp(text, "faults") == 0)
         return vary_faults(vary, item, equals + 1, message);
@@ -243,6 +274,16 @@ void batch_item_name(const struct batch_vary *vary, unsigned item,
                  vary_of[of->what].word, of->what == BATCH_DELAY ? "_s" : "");
 }
 
+/* Box and Muller, Annals of Mathematical Statistics 29 (1958). */
+static double vary_gauss(uint64_t seed, uint64_t run, uint64_t key)
+{
+    const double radius = 1 - vary_chance(seed, run, key); /* above 0 */
+    const double angle =
+        6.283185307179586 * vary_chance(seed, run, key | UINT64_C(1) << 62);
+
+    return sqrt(-2 * log(radius)) * cos(angle);
+}
+
 double batch_item_value(const struct batch_vary *vary, unsigned item,
                         uint64_t run)
 {
@@ -250,6 +291,11 @@ double batch_item_value(const struct batch_vary *vary, unsigned item,
     const uint64_t key = (uint64_t)of->what << 32 | (uint64_t)of->axis << 16;
     uint64_t faults = 0;
 
+    if (of->deviation > 0)
+        return fmin(
+            fmax(of->low + of->deviation * vary_gauss(vary->seed, run, key),
+                 vary_of[of->what].least),
+            vary_of[of->what].most);
     if (of->what != BATCH_FAULTS)
         return of->low +
                (of->high - of->low) * vary_chance(vary->seed, run, key);

@@ -1,7 +1,8 @@
 /* firmware/linux/batch/batch_vary.h - what is varied from run to run, and by how
  * much: "pan.mass=0.5..2, *.friction=0..20 deg/s2, faults=20 %".
  *
- * A value is drawn evenly from its range, from the seed, the number of the run
+ * A value is drawn evenly from its range, or, "pan.mass=1+-0.1", from a normal
+ * distribution with that mean and standard deviation, from the seed, the number of the run
  * and what it is of: neither the order of the runs nor what else is varied
  * changes it. */
 #ifndef FIRMWARE_LINUX_BATCH_BATCH_VARY_H
@@ -41,6 +42,9 @@ struct batch_item {
     enum batch_what what;
     uint32_t axis;    /* of the rig */
     double low, high; /* ratio; unit/s2; s */
+    /* above 0: normal about low with that standard deviation, and inside what
+     * the kind can be */
+    double deviation;
 };
 
 struct batch_vary {

@@ -74,6 +74,26 @@ static void values_fill_their_range_evenly(void **state)
     assert_true(least < 1.001 && most > 1.999);
 }
 
+static void values_are_normal_about_their_mean(void **state)
+{
+    enum { RUNS = 20000 };
+    double sum = 0, squares = 0;
+    unsigned beyond = 0;
+    (void)state;
+
+    assert_int_equal(read("pan.mass=1+-0.1", NULL, 1), 0);
+    for (unsigned run = 0; run < RUNS; run++) {
+        const double off = batch_item_value(&vary, 0, run) - 1;
+        sum += off;
+        squares += off * off;
+        beyond += fabs(off) > 0.2;
+    }
+    assert_true(fabs(sum / RUNS) < 0.003);
+    assert_true(fabs(sqrt(squares / RUNS) - 0.1) < 0.003);
+    /* 4.55 % beyond two deviations */
+    assert_true(fabs((double)beyond / RUNS - 0.0455) < 0.006);
+}
+
 static void a_value_depends_on_seed_run_and_what_it_is_of_alone(void **state)
 {
     (void)state;
@@ -180,6 +200,7 @@ int main(void)
         cmocka_unit_test(a_star_is_every_axis),
         cmocka_unit_test(a_unit_holds_for_both_ends),
         cmocka_unit_test(values_fill_their_range_evenly),
+        cmocka_unit_test(values_are_normal_about_their_mean),
         cmocka_unit_test(a_value_depends_on_seed_run_and_what_it_is_of_alone),
         cmocka_unit_test(a_mass_makes_a_servo_slower),
         cmocka_unit_test(friction_and_delay_begin_with_the_run),
