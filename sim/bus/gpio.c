@@ -14,6 +14,24 @@ static int sim_gpio_get(struct hal_gpio *gpio)
     return high != line->config.active_low;
 }
 
+static void sim_gpio_see(struct sim_gpio *line, bool active)
+{
+    struct sim_gpio_camera *const camera = &line->camera;
+    const int64_t now_ns = hal_clock_now_ns(line->config.clock);
+    const int64_t since_ns = now_ns - camera->last_ns;
+
+    if (!active) {
+        if (camera->shortest_ns == 0 || since_ns < camera->shortest_ns)
+            camera->shortest_ns = since_ns;
+        return;
+    }
+    if (camera->pictures++ == 0)
+        camera->first_ns = now_ns;
+    else if (camera->closest_ns == 0 || since_ns < camera->closest_ns)
+        camera->closest_ns = since_ns;
+    camera->last_ns = now_ns;
+}
+
 static int sim_gpio_set(struct hal_gpio *gpio, bool active)
 {
     struct sim_gpio *line = CONTAINER_OF(gpio, struct sim_gpio, gpio);
@@ -22,6 +40,8 @@ static int sim_gpio_set(struct hal_gpio *gpio, bool active)
         return MOTION_E_STATE;
     if (line->level == SIM_GPIO_DEAD)
         return MOTION_E_IO;
+    if (line->level != SIM_GPIO_OPEN && active != (sim_gpio_get(gpio) > 0))
+        sim_gpio_see(line, active);
     line->level =
         active != line->config.active_low ? SIM_GPIO_HIGH : SIM_GPIO_LOW;
     return MOTION_OK;

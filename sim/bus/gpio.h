@@ -27,8 +27,17 @@ struct sim_gpio_config {
     bool pull_up; /* else pull-down */
 };
 
+/* What a camera on an output has seen: pulses that made it active. */
+struct sim_gpio_camera {
+    uint32_t pictures;
+    int64_t first_ns, last_ns; /* the pulses' begins */
+    int64_t closest_ns;        /* between two of them; 0: there were not two */
+    int64_t shortest_ns;       /* pulse that is over; 0: none is */
+};
+
 struct sim_gpio {
     struct hal_gpio gpio;
+    struct sim_gpio_camera camera;
     struct sim_gpio_config config;
     enum sim_gpio_level level;
     struct hal_gpio_event event[SIM_GPIO_EVENTS];

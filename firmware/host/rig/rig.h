@@ -73,6 +73,27 @@ struct rig_sim_load {
     int64_t stop_q32[2];
 };
 
+/* Where a simulated CiA 402 drive is not as slew's own: sim/device/cia402. */
+#define RIG_SIM_QUIRKS_MAX 16
+enum rig_sim_quirk_kind {
+    RIG_SIM_MISSING,
+    RIG_SIM_READ_ONLY,
+    RIG_SIM_SHIPPED,
+};
+struct rig_sim_quirk {
+    uint16_t index;
+    uint8_t sub; /* 0xFF: all */
+    uint8_t kind;
+    uint32_t value;
+};
+struct rig_sim_quirks {
+    struct rig_sim_quirk object[RIG_SIM_QUIRKS_MAX];
+    unsigned count;
+    bool fixed_mapping;
+    uint16_t emergency; /* behind the boot-up message; 0: none */
+    int64_t boot_ns;    /* until that; 0: 150 ms */
+};
+
 /* How the axis's servo behaves on the simulated bus.  What the file leaves out
  * is filled in, so nothing here is "0: default". */
 struct rig_sim {
@@ -93,7 +114,8 @@ struct rig_sim {
     int64_t encoder_step_q32, encoder_noise_q32;
     /* 1 + index of rig_sim_device_words; 0: by the name of the map */
     uint8_t device;
-    struct rig_sim_load load; /* a motor alone */
+    struct rig_sim_quirks quirks; /* of a CiA 402 drive; none */
+    struct rig_sim_load load;     /* a motor alone */
 };
 
 /* The drive's units of velocity or acceleration per counts/s or counts/s2; num

@@ -112,6 +112,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_table_shape,
     &rig_lens_shape,
     &rig_payload_shape,
+    &rig_quirks_shape,
     NULL,
 };
 

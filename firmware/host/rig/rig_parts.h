@@ -76,6 +76,8 @@ int rig_read_homing(void *reader, const struct yaml_value *value, void *out);
 int rig_check_homing(const struct yaml_value *value, const struct rig *rig);
 int rig_read_shaper(void *reader, const struct yaml_value *value, void *out);
 int rig_read_sim(void *reader, const struct yaml_value *value, void *out);
+int rig_read_sim_quirks(void *reader, const struct yaml_value *value,
+                        void *out);
 int rig_read_sim_load(void *reader, const struct yaml_value *value, void *out);
 int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
@@ -141,7 +143,7 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_kinematics_shape, rig_linear_shape, rig_slide_shape, rig_joint_shape,
     rig_arc_shape, rig_rail_shape, rig_arm_shape, rig_link_shape,
     rig_tool_shape, rig_gantry_shape, rig_jib_shape, rig_head_shape,
-    rig_table_shape, rig_lens_shape, rig_payload_shape;
+    rig_table_shape, rig_lens_shape, rig_payload_shape, rig_quirks_shape;
 #define RIG_KIND_SHAPE(NAME, name)                                             \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)

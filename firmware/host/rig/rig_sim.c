@@ -168,6 +168,8 @@ static const struct yaml_field rig_sim_fields[] = {
       rig_read_device, offsetof(struct rig_sim, device) },
     { "encoder", YAML_OPTIONAL, "a map of resolution and noise",
       rig_read_encoder, 0 },
+    { "quirks", YAML_OPTIONAL, "a map of what its drive lacks or has otherwise",
+      rig_read_sim_quirks, offsetof(struct rig_sim, quirks) },
     { "load", YAML_OPTIONAL, "a map with inertia and frequency",
       rig_read_sim_load, offsetof(struct rig_sim, load) },
 };

@@ -63,6 +63,8 @@ void loads_step(struct loads *loads, enum telemetry_phase phase)
 {
     const struct rig *rig = loads->sim->rig;
 
+    if (loads->move_ns == 0 && phase == TELEMETRY_MOVE)
+        loads->move_ns = loads->sim->world.now_ns;
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].sim.load.given)
             loads_take(loads, i, phase);
@@ -93,6 +95,60 @@ static void loads_print_payload(const struct loads *loads, unsigned i,
             payload->inertia > 0 ? "" : ", which it does not move");
 }
 
+/* Of the move, in s. */
+static double loads_move_s(const struct loads *loads, int64_t at_ns)
+{
+    return 1e-9 * (double)(at_ns - loads->move_ns);
+}
+
+static void loads_print_camera(const struct loads *loads, unsigned i,
+                               FILE *file)
+{
+    const struct sim_gpio_camera *const camera = &loads->sim->line[i].camera;
+
+    fprintf(file, "camera:    on %s took %u %s", loads->sim->rig->line[i].name,
+            camera->pictures,
+            number_word(camera->pictures, "picture", "pictures"));
+    if (camera->pictures > 0)
+        fprintf(file, ", from %.3f s to %.3f s of the move",
+                loads_move_s(loads, camera->first_ns),
+                loads_move_s(loads, camera->last_ns));
+    if (camera->closest_ns > 0)
+        fprintf(file, ", %.3f s apart at least",
+                1e-9 * (double)camera->closest_ns);
+    if (camera->shortest_ns > 0)
+        fprintf(file, "; pulses of %.0f ms at least",
+                1e-6 * (double)camera->shortest_ns);
+    fputc('\n', file);
+}
+
+static void loads_json_cameras(const struct loads *loads, cJSON *object)
+{
+    const struct rig *const rig = loads->sim->rig;
+    cJSON *const list = cJSON_AddArrayToObject(object, "cameras");
+
+    for (unsigned i = 0; i < rig->line_count; i++) {
+        const struct sim_gpio_camera *const camera =
+            &loads->sim->line[i].camera;
+        if (rig->line[i].kind != RIG_LINE_TRIGGER)
+            continue;
+        cJSON *const item = cJSON_CreateObject();
+        cJSON_AddStringToObject(item, "line", rig->line[i].name);
+        cJSON_AddNumberToObject(item, "pictures", camera->pictures);
+        if (camera->pictures > 0) {
+            cJSON_AddNumberToObject(item, "first_s",
+                                    loads_move_s(loads, camera->first_ns));
+            cJSON_AddNumberToObject(item, "last_s",
+                                    loads_move_s(loads, camera->last_ns));
+        }
+        cJSON_AddNumberToObject(item, "closest_s",
+                                1e-9 * (double)camera->closest_ns);
+        cJSON_AddNumberToObject(item, "shortest_pulse_s",
+                                1e-9 * (double)camera->shortest_ns);
+        cJSON_AddItemToArray(list, item);
+    }
+}
+
 void loads_print(const struct loads *loads, FILE *file)
 {
     const struct rig *rig = loads->sim->rig;
@@ -111,6 +167,9 @@ void loads_print(const struct loads *loads, FILE *file)
     }
     for (unsigned i = 0; i < rig->payload_count; i++)
         loads_print_payload(loads, i, file);
+    for (unsigned i = 0; i < rig->line_count; i++)
+        if (rig->line[i].kind == RIG_LINE_TRIGGER && loads->move_ns != 0)
+            loads_print_camera(loads, i, file);
 }
 
 static void loads_json_payloads(const struct loads *loads, cJSON *object)
@@ -159,4 +218,6 @@ void loads_json(const struct loads *loads, cJSON *object)
     }
     if (rig->payload_count > 0)
         loads_json_payloads(loads, object);
+    if (rig_trigger_count(rig) > 0)
+        loads_json_cameras(loads, object);
 }

@@ -28,6 +28,7 @@ struct load_seen {
 struct loads {
     struct memory_pool memory;
     struct machine_sim *sim;
+    int64_t move_ns; /* of its world, when the move began; 0: it has not */
     struct load_seen *axis;       /* of the rig */
     struct payload_seen *payload; /* of the rig */
 };

@@ -20,6 +20,8 @@ void cia402_com_send(struct sim_cia402 *self, uint32_t id, const uint8_t *data,
 
 /* ---- NMT --------------------------------------------------------------- */
 
+static void cia402_com_send_emcy(struct sim_cia402 *self, uint16_t code);
+
 static void cia402_com_enter(struct sim_cia402 *self, enum cia402_nmt state)
 {
     if (self->nmt_state == state)
@@ -57,6 +59,8 @@ void cia402_com_boot_up(struct sim_cia402 *self)
     if (cia402_axes_is_first(self))
         cia402_com_send(self, 0x700u + self->config.node_id, &boot_up, 1);
     cia402_com_enter(self, CIA402_NMT_PRE_OPERATIONAL);
+    if (self->config.boot_error != 0 && cia402_axes_is_first(self))
+        cia402_com_send_emcy(self, self->config.boot_error);
     cia402_com_start_heartbeat(self);
     if (self->power == CIA402_POWER_NOT_READY)
         cia402_power_reset(self);

@@ -115,6 +115,8 @@ void cia402_od_reset(struct sim_cia402 *self, bool communication_only)
         self->value[CIA402_SERIAL] = self->config.serial;
     if (self->config.axis > 0)
         cia402_od_reset_axis(self);
+    if (!communication_only && !self->has_stored)
+        cia402_quirk_reset(self);
     cia402_pdo_update(self);
 }
 
@@ -273,8 +275,11 @@ static bool cia402_od_is_history(int row)
 
 uint32_t cia402_od_read(struct sim_cia402 *self, int row, uint32_t *value)
 {
+    const uint32_t refused = cia402_quirk_check(self, row, false);
     uint8_t access = cia402_object[row].access;
 
+    if (refused != CIA402_DONE)
+        return refused;
     if (access & D)
         return CIA402_ABORT_ACCESS;
     if (!(access & R))
@@ -349,8 +354,11 @@ uint32_t cia402_od_put(struct sim_cia402 *self, int row, uint32_t value)
 uint32_t cia402_od_write(struct sim_cia402 *self, int row, unsigned size,
                          uint32_t value)
 {
+    const uint32_t refused = cia402_quirk_check(self, row, true);
     unsigned bytes = cia402_od_size(row);
 
+    if (refused != CIA402_DONE)
+        return refused;
     if (cia402_object[row].access & D)
         return CIA402_ABORT_ACCESS;
     if (!(cia402_object[row].access & W))

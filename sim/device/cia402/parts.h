@@ -352,4 +352,12 @@ static inline void cia402_timer_stop(struct sim_cia402 *self,
     self->timer_ns[timer] = SIM_WORLD_NEVER;
 }
 
+/* ---- quirk.c ---- */
+
+/* May it be read, or written?  CIA402_DONE, or the abort code. */
+uint32_t cia402_quirk_check(const struct sim_cia402 *self, int row,
+                            bool is_write);
+/* Values as shipped. */
+void cia402_quirk_reset(struct sim_cia402 *self);
+
 #endif

@@ -26,6 +26,7 @@
  *   inputs.c  switches, index pulse, touch probe
  *   servo.c     timers, frames in, injections
  *   axes.c    several axes behind one node
+ *   quirk.c   where it is not as it is built
  *
  * What this maker chose where the profile leaves a choice:
  *   - no enabling while 0x6060 is 0; while the axis moves under torque another
@@ -63,6 +64,22 @@ struct sim_cia402_rail {
     int32_t index_every; /* an index pulse at 0 and every so many; 0: none */
 };
 
+/* Where a drive is not as this one is built. */
+enum sim_cia402_quirk_kind {
+    SIM_CIA402_MISSING,   /* the object is not there */
+    SIM_CIA402_READ_ONLY, /* it cannot be written */
+    SIM_CIA402_SHIPPED,   /* it is `value` as shipped */
+};
+#define SIM_CIA402_QUIRKS  16
+#define SIM_CIA402_ANY_SUB 0xFF
+
+struct sim_cia402_quirk {
+    uint16_t index; /* as the first axis of a node has it */
+    uint8_t sub;    /* or SIM_CIA402_ANY_SUB */
+    uint8_t kind;
+    uint32_t value;
+};
+
 struct sim_cia402;
 
 struct sim_cia402_config {
@@ -82,6 +99,10 @@ struct sim_cia402_config {
     int64_t brake_release_ns; /* Switched on -> Operation enabled takes this */
     int64_t boot_ns;          /* power-on to boot-up message */
     struct sim_cia402_rail rail;
+    struct sim_cia402_quirk quirk[SIM_CIA402_QUIRKS];
+    unsigned quirks;
+    bool fixed_mapping;  /* no PDO's mapping can be written */
+    uint16_t boot_error; /* EMCY behind the boot-up message; 0: none */
 };
 
 /* What a test or a script may do to it.  One more: a row in the table of

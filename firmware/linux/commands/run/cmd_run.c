@@ -229,6 +229,16 @@ static enum status cmd_run_no_keys(void)
     return STATUS_INPUT;
 }
 
+/* Is there anything to be said of what a simulation has beside its servos? */
+static bool cmd_run_has_loads(const struct cmd_run *self)
+{
+    const struct rig *const rig = &self->job.rig;
+
+    return self->live.sim.rig != NULL &&
+           (self->live.sim.mechanics != NULL || rig->payload_count > 0 ||
+            rig_trigger_count(rig) > 0);
+}
+
 static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
@@ -250,7 +260,7 @@ static enum status cmd_run_play(struct cmd_run *self)
                                : options->resume_after_ns,
     };
     config.faults = options->faults != NULL ? &self->faults : NULL;
-    if (self->live.sim.mechanics != NULL || self->job.rig.payload_count > 0) {
+    if (cmd_run_has_loads(self)) {
         loads_init(&self->loads, &self->live.sim);
         config.loads = &self->loads;
     }

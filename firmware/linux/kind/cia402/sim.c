@@ -72,6 +72,23 @@ static struct sim_cia402 *cia402_first(struct machine_sim *sim,
     return &rig->axis[i] == axis ? NULL : &sim->servo[i].cia402;
 }
 
+static void cia402_sim_quirks(const struct rig_sim_quirks *from,
+                              struct sim_cia402_config *config)
+{
+    for (unsigned i = 0; i < from->count; i++)
+        config->quirk[i] = (struct sim_cia402_quirk){
+            .index = from->object[i].index,
+            .sub = from->object[i].sub,
+            .kind = from->object[i].kind,
+            .value = from->object[i].value,
+        };
+    config->quirks = from->count;
+    config->fixed_mapping = from->fixed_mapping;
+    config->boot_error = from->emergency;
+    if (from->boot_ns > 0)
+        config->boot_ns = from->boot_ns;
+}
+
 int cia402_sim_init(struct machine_sim *sim, const struct rig *rig, unsigned i)
 {
     const struct rig_axis *axis = &rig->axis[i];
@@ -83,6 +100,7 @@ int cia402_sim_init(struct machine_sim *sim, const struct rig *rig, unsigned i)
         .brake_release_ns = SIM_BRAKE_NS,
         .boot_ns = SIM_BOOT_NS,
     };
+    cia402_sim_quirks(&axis->sim.quirks, &config);
     if (axis->cia402.quirk_given) {
         config.vendor = rig->quirk[axis->cia402.quirk].vendor;
         config.product = rig->quirk[axis->cia402.quirk].product[0];
