@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include "firmware/host/base/units.h"
@@ -46,8 +47,92 @@ int sim_live_init(struct sim_live *live, struct sim_server *server,
     return err;
 }
 
+/* ---- the view ---- */
+
+static void live_axis(const struct sim_live *live, unsigned i)
+{
+    struct machine_sim *const sim = &live->server->sim;
+    const struct rig_axis *const axis = &sim->rig->axis[i];
+    const int64_t pos_q32 = machine_sim_pos_q32(sim, i) + sim->zero_q32[i];
+
+    printf("%-12s %12.4f %-5s", axis->name, (double)pos_q32 * 0x1p-32,
+           units_axis_text(axis->unit));
+    if (axis->sim.load.given)
+        printf("  load %+.4f", (double)machine_sim_twist_q32(sim, i) * 0x1p-32);
+}
+
+#define VIEW_EVERY_NS  INT64_C(200000000)
+#define VIEW_ABOVE_MIN 6 /* lines that commands keep */
+
+/* The lines above the view scroll alone, from now on. */
+static void live_make_room(struct sim_live *live, unsigned rows, unsigned lines)
+{
+    for (unsigned i = 0; i < lines; i++)
+        putchar('\n');
+    printf("\033[1;%ur\033[%u;1H", rows - lines, rows - lines);
+    live->view_rows = rows;
+    live->view_lines = lines;
+    live->view_top = rows - lines + 1;
+}
+
+static void live_view_end(struct sim_live *live)
+{
+    if (live->view_lines == 0)
+        return;
+    printf("\033[r\033[%u;1H\n", live->view_rows);
+    fflush(stdout);
+    live->view_lines = 0;
+}
+
+/* Is there a terminal that has the lines for it?  Its size may change. */
+static bool live_view_fits(struct sim_live *live)
+{
+    const unsigned lines = live->server->rig->axis_count + 1;
+    struct winsize size;
+
+    if (!isatty(STDIN_FILENO) || !isatty(STDOUT_FILENO) ||
+        ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) < 0 ||
+        size.ws_row < lines + VIEW_ABOVE_MIN) {
+        live_view_end(live);
+        return false;
+    }
+    if (live->view_rows != size.ws_row || live->view_lines == 0)
+        live_make_room(live, size.ws_row, lines);
+    return true;
+}
+
+/* Of each axis a line, of all a line with the time and what is in force. */
+static void live_view_draw(struct sim_live *live, int64_t now_ns)
+{
+    struct machine_sim *const sim = &live->server->sim;
+    unsigned faults = 0;
+
+    for (uint64_t left = live->faults.active; left != 0; left &= left - 1)
+        faults++;
+    printf("\0337\033[%u;1H\033[7m%10.1f s   faults in force: %u   frames: "
+           "%" PRIu64 " in, %" PRIu64 " out\033[K\033[0m",
+           live->view_top, (double)(now_ns - live->start_ns) / 1e9, faults,
+           live->server->frames_in, live->server->frames_out);
+    for (unsigned i = 0; i < sim->rig->axis_count; i++) {
+        printf("\033[%u;1H", live->view_top + 1 + i);
+        live_axis(live, i);
+        fputs("\033[K", stdout);
+    }
+    fputs("\0338", stdout);
+}
+
+static void live_view(struct sim_live *live, int64_t now_ns)
+{
+    if (now_ns - live->view_ns < VIEW_EVERY_NS && live->view_ns != 0)
+        return;
+    live->view_ns = now_ns;
+    if (live_view_fits(live))
+        live_view_draw(live, now_ns);
+}
+
 void sim_live_free(struct sim_live *live)
 {
+    live_view_end(live);
     machine_fault_free(&live->faults);
 }
 
@@ -137,16 +222,8 @@ static void live_end(struct sim_live *live, const char *which)
 
 static void live_status(const struct sim_live *live)
 {
-    struct machine_sim *sim = &live->server->sim;
-
-    for (unsigned i = 0; i < sim->rig->axis_count; i++) {
-        const struct rig_axis *axis = &sim->rig->axis[i];
-        const int64_t pos_q32 = machine_sim_pos_q32(sim, i) + sim->zero_q32[i];
-        printf("%-12s %12.4f %-5s", axis->name, (double)pos_q32 * 0x1p-32,
-               units_axis_text(axis->unit));
-        if (axis->sim.load.given)
-            printf("  load %+.4f",
-                   (double)machine_sim_twist_q32(sim, i) * 0x1p-32);
+    for (unsigned i = 0; i < live->server->rig->axis_count; i++) {
+        live_axis(live, i);
         putchar('\n');
     }
 }
@@ -236,6 +313,7 @@ void sim_live_step(struct sim_live *live)
     live_read(live);
     const int64_t now_ns = sim_server_now_ns(live->server);
     machine_fault_step(&live->faults, now_ns, TELEMETRY_MOVE, CONTROLLER_READY);
+    live_view(live, now_ns);
     sim_server_unlock(live->server);
     live_tell(live, now_ns);
     fflush(stdout);

@@ -1,6 +1,7 @@
 /* firmware/linux/machine/sim_live.h - faults of drives that are served by slew
  * sim: from a script, whose times count from the start, and from commands on
- * standard input, a line each, while it runs. */
+ * standard input, a line each, while it runs.  On a terminal a view of all axes
+ * stands below the commands, redrawn in place. */
 #ifndef FIRMWARE_LINUX_MACHINE_SIM_LIVE_H
 #define FIRMWARE_LINUX_MACHINE_SIM_LIVE_H
 
@@ -19,6 +20,9 @@ struct sim_live {
     bool too_long; /* the line that is being read */
     bool ended;    /* standard input is */
     bool quit;     /* a command was to end */
+    /* the view: lines of the terminal that it has, 0: none; as it was drawn */
+    unsigned view_lines, view_top, view_rows;
+    int64_t view_ns;
 };
 
 /* `script` is copied; NULL: none.  Its events are those of a run, of which there
