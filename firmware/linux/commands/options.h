@@ -70,7 +70,8 @@ struct options {
     const char *vary, *shard, *parquet; /* batch */
     int64_t runs, seed, jobs;           /* batch; -1 when not given */
     bool merge;                         /* batch */
-    bool sim, group;                    /* service */
+    bool sim, group, records;           /* service */
+    const char *recordings;             /* the same */
     const char *socket;                 /* service */
     int64_t cpu;                        /* service; -1 when not given */
     int64_t port;                       /* studio; -1 when not given */

@@ -68,36 +68,6 @@ void player_init(struct player *player, struct machine *machine,
 
 /* --- looking on --- */
 
-static const struct motion_track *player_track(const struct player *player,
-                                               const struct telemetry_row *row,
-                                               unsigned axis)
-{
-    const struct playback_axis *loaded = &player->machine->playback.axis[axis];
-    if (row->phase == TELEMETRY_APPROACH && loaded->approach.count > 0)
-        return &loaded->approach;
-    if (row->phase != TELEMETRY_MOVE)
-        return NULL;
-    for (unsigned i = 0; i < player->job->move.axis_count; i++)
-        if (player->job->rig_axis[i] == axis)
-            return &player->job->track[i];
-    return NULL;
-}
-
-/* Jerk is not needed to move, so the controller does not work it out. */
-static void player_add_jerk(const struct player *player,
-                            struct telemetry_row *row)
-{
-    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
-        const struct motion_track *track = player_track(player, row, i);
-        struct motion_state state, warped;
-        if (track == NULL || row->rate.s_ns_q12 >= track->end_ns_q12)
-            continue;
-        motion_track_state(track, row->rate.s_ns_q12, &state);
-        motion_clock_warp_chain(&row->rate, &state, &warped);
-        row->axis[i].demand.jerk_q32 = warped.jerk_q32;
-    }
-}
-
 static void player_observe(void *context, struct telemetry_row *row)
 {
     const struct player *player = context;
@@ -159,29 +129,11 @@ static enum telemetry_phase player_row_phase(const struct player *player)
 
 static void player_record(struct player *player)
 {
-    const struct controller *controller = &player->machine->controller;
     struct telemetry_row *row = &player->row;
     row->t_ns = player->now_ns - player->start_ns;
-    row->rate = controller->rate;
     row->phase = player_row_phase(player);
-    row->state = (int)controller->state;
-    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
-        const struct controller_axis *axis = &controller->axis[i];
-        row->axis[i] = (struct telemetry_axis){
-            .demand = { axis->target.pos_q32, axis->target.vel_q32,
-                        axis->target.acc_q32, 0 },
-            .actual_q32 = axis->feedback.pos_q32,
-            .actual_vel_q32 = axis->feedback.vel_q32,
-            .following_q32 = axis->following_q32,
-            .goals = axis->leg.at,
-            .events = axis->feedback.events,
-        };
-        (void)machine_statusword(player->machine, i, &row->axis[i].statusword);
-    }
-    row->waits_for =
-        player->machine->step.waits ? player->machine->step.frame : 0;
+    recorder_look(row, player->machine);
     player_record_shots(player, row);
-    player_add_jerk(player, row);
     player_count(player, row);
     recorder_put(&player->recorder, row);
 }

@@ -24,6 +24,52 @@ void recorder_init(struct recorder *recorder, const struct rig *rig)
     recorder->dropped = 0;
 }
 
+/* What the controller plays in this phase. */
+static const struct motion_track *
+recorder_track(const struct telemetry_row *row, const struct machine *machine,
+               unsigned axis)
+{
+    const struct playback_axis *loaded = &machine->playback.axis[axis];
+    if (row->phase == TELEMETRY_APPROACH && loaded->approach.count > 0)
+        return &loaded->approach;
+    return row->phase == TELEMETRY_MOVE ? loaded->track : NULL;
+}
+
+/* Jerk is not needed to move, so the controller does not work it out. */
+static void recorder_add_jerk(struct telemetry_row *row,
+                              const struct machine *machine, unsigned axis)
+{
+    const struct motion_track *track = recorder_track(row, machine, axis);
+    struct motion_state state, warped;
+    if (track == NULL || row->rate.s_ns_q12 >= track->end_ns_q12)
+        return;
+    motion_track_state(track, row->rate.s_ns_q12, &state);
+    motion_clock_warp_chain(&row->rate, &state, &warped);
+    row->axis[axis].demand.jerk_q32 = warped.jerk_q32;
+}
+
+void recorder_look(struct telemetry_row *row, const struct machine *machine)
+{
+    const struct controller *controller = &machine->controller;
+    row->rate = controller->rate;
+    row->state = (int)controller->state;
+    row->waits_for = machine->step.waits ? machine->step.frame : 0;
+    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
+        const struct controller_axis *axis = &controller->axis[i];
+        row->axis[i] = (struct telemetry_axis){
+            .demand = { axis->target.pos_q32, axis->target.vel_q32,
+                        axis->target.acc_q32, 0 },
+            .actual_q32 = axis->feedback.pos_q32,
+            .actual_vel_q32 = axis->feedback.vel_q32,
+            .following_q32 = axis->following_q32,
+            .goals = axis->leg.at,
+            .events = axis->feedback.events,
+        };
+        (void)machine_statusword(machine, i, &row->axis[i].statusword);
+        recorder_add_jerk(row, machine, i);
+    }
+}
+
 void recorder_free(struct recorder *recorder)
 {
     memory_pool_free(&recorder->memory);

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "firmware/host/recording/telemetry.h"
+#include "firmware/linux/machine/machine.h"
 
 #define RECORDER_ROWS 2048 /* two seconds at 1 kHz */
 
@@ -25,6 +26,9 @@ struct recorder {
  * back. */
 void recorder_init(struct recorder *recorder, const struct rig *rig);
 void recorder_free(struct recorder *recorder);
+/* What the axes were told and did at the last tick, into a row that has its
+ * phase and its place for them; no shots. */
+void recorder_look(struct telemetry_row *row, const struct machine *machine);
 /* The writer's.  The row gets its number, from 0, in which lost ones count.
  * False: full, the row is lost. */
 bool recorder_put(struct recorder *recorder, const struct telemetry_row *row);

@@ -65,8 +65,17 @@ void command_load(const struct command_line *line);
 void command_check(const struct command_line *line);
 void command_start(const struct command_line *line);
 void command_go(const struct command_line *line);
+void command_loop(const struct command_line *line);
 /* To the first keys of what is loaded. */
 void command_approach(const struct command_line *line);
+
+/* --- commands_record.c --- */
+
+void command_record(const struct command_line *line);
+void command_record_stop(const struct command_line *line);
+/* What is recorded, into the status. */
+void command_record_status(const struct service_control *control,
+                           cJSON *object);
 
 /* --- commands_couple.c --- */
 

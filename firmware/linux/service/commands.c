@@ -72,6 +72,7 @@ static void command_status(const struct command_line *line)
     cJSON_AddNumberToObject(object, "clients_refused",
                             (double)clients->refused);
     cJSON_AddNumberToObject(object, "dropped", (double)line->client->dropped);
+    command_record_status(control, object);
     cJSON_AddBoolToObject(object, "held", control->holder != NULL);
     cJSON_AddBoolToObject(object, "holder", control->holder == line->client);
     if (control->move != NULL)
@@ -301,6 +302,7 @@ static const struct {
     { "approach", true, command_approach },
     { "start", true, command_start },
     { "go", true, command_go },
+    { "loop", true, command_loop },
     { "hold", true, command_hold },
     { "resume", true, command_resume },
     { "step", true, command_step },
@@ -312,6 +314,8 @@ static const struct {
     { "gear", true, command_gear },
     { "cam", true, command_cam },
     { "uncouple", true, command_uncouple },
+    { "record", true, command_record },
+    { "record stop", true, command_record_stop },
 };
 
 static void command_run(struct command_line *line)

@@ -138,6 +138,21 @@ void command_start(const struct command_line *line)
     command_line_request(line, &request);
 }
 
+/* Also while it is played: from the next end on. */
+void command_loop(const struct command_line *line)
+{
+    struct mailbox_entry entry = {
+        .command = cJSON_IsTrue(command_line_member(line, "ping_pong"))
+                       ? MAILBOX_PING_PONG
+                       : MAILBOX_LOOP,
+    };
+    double times;
+    if (!command_line_number(line, "times", 0, 1e9, (double)NAN, &times))
+        return;
+    entry.value = llrint(times);
+    command_line_send(line, &entry);
+}
+
 /* Of the move: seconds, or a text such as "2.5 s", "f48", "00:00:02:12". */
 static bool command_go_time(const struct command_line *line, int64_t *t_ns_q12)
 {

@@ -105,6 +105,8 @@ static void control_event(struct service_control *control,
         cJSON_AddBoolToObject(object, "done", event->text[0] == '\0');
     if (event->text[0] != '\0')
         cJSON_AddStringToObject(object, "text", event->text);
+    if (event->kind == SERVICE_EVENT_FAULT)
+        service_record_fault(control, event->text);
     service_tell_all(control, object);
     cJSON_Delete(object);
 }
@@ -186,6 +188,7 @@ void service_control_step(struct service_control *control, int timeout_ms)
     while (service_board_take(&control->loop->board, &event))
         control_event(control, &event);
     control_answer(control);
+    service_record_step(control);
     struct service_move *move = service_planner_take(&control->planner);
     if (move != NULL)
         service_command_planned(control, move);

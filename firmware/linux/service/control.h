@@ -27,7 +27,10 @@ struct service_control {
     const char *rig_path;
     uint32_t rig_crc;
     bool is_real, is_locked;
+    const char *rig_text;
+    size_t rig_length;
     struct service_loop *loop;
+    struct service_recording *recording; /* NULL: none */
     struct service_planner planner;
     struct service_clients clients;
 
@@ -63,6 +66,11 @@ void service_command_answer(struct service_control *control,
                             const struct mailbox_entry *entry);
 void service_command_planned(struct service_control *control,
                              struct service_move *move);
+/* commands_record.c: a file named by the time; its end is an event, a fault a
+ * line in it. */
+void service_record_by_time(struct service_control *control);
+void service_record_step(struct service_control *control);
+void service_record_fault(struct service_control *control, const char *text);
 /* commands_couple.c: the tick took the spare cam of an axis; the end. */
 void service_cam_taken(struct service_control *control, unsigned axis);
 void service_cam_free(struct service_control *control);

@@ -148,6 +148,9 @@ static void loop_publish(struct service_loop *loop)
     if (loop->frames != NULL)
         service_frames_put(loop->frames, state, machine->rig->axis_count);
     service_board_publish(&loop->board);
+    if (loop->recording != NULL)
+        service_recording_tick(loop->recording, machine, loop->now_ns,
+                               loop->late_ns);
 }
 
 /* --- what is asked for --- */

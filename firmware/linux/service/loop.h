@@ -16,6 +16,7 @@
 #include "firmware/control/mailbox.h"
 #include "firmware/control/playback.h"
 #include "firmware/linux/service/frames.h"
+#include "firmware/linux/service/recording.h"
 
 #define SERVICE_PRIORITY 40
 
@@ -47,7 +48,8 @@ struct service_loop {
     struct machine *machine;
     struct mailbox mailbox;
     struct service_board board;
-    struct service_frames *frames; /* NULL: nobody takes any */
+    struct service_frames *frames;       /* NULL: nobody takes any */
+    struct service_recording *recording; /* NULL: there is none */
     bool is_real;
     int cpu;          /* -1: any */
     pthread_t thread; /* once it was started */

@@ -160,6 +160,9 @@ static struct service_move *planner_plan(const struct service_planner *planner)
         planner_judge(move);
     if (move->status == STATUS_OK)
         planner_motion(move);
+    const size_t size = strlen(planner->text) + 1;
+    move->move_text = memory_new(size, 1);
+    memcpy(move->move_text, planner->text, size);
     return move;
 }
 
@@ -168,6 +171,7 @@ void service_move_free(struct service_move *move)
     if (move == NULL)
         return;
     job_free(&move->job);
+    memory_free(move->move_text);
     memory_free(move);
 }
 

@@ -19,6 +19,7 @@ struct service_move {
     struct service_motion motion;
     enum status status;               /* OK: it may be played */
     char text[SERVICE_PLAN_TEXT_MAX]; /* why not, a line each */
+    char *move_text;                  /* of its file */
     struct service_motion approach;
     struct motion_segment storage[CONTROLLER_AXES_MAX][JOB_WAY_SEGMENTS];
     struct motion_track track[CONTROLLER_AXES_MAX];

@@ -36,6 +36,7 @@ struct service {
     struct machine machine;
     struct service_loop loop;
     struct service_frames frames;
+    struct service_recording recording;
     struct service_control control;
     char path[SERVICE_PATH_MAX];
     bool is_open, plans;
@@ -112,6 +113,9 @@ static enum status service_planner(struct service *self)
     control->rig_crc = crc32_of(0, self->rig_text, self->rig_length);
     control->is_real = self->config->real;
     control->loop = &self->loop;
+    control->recording = &self->recording;
+    control->rig_text = self->rig_text;
+    control->rig_length = self->rig_length;
     control->state = service_board_read(&self->loop.board);
     const int err =
         service_planner_start(&control->planner, self->config->rig_path,
@@ -229,6 +233,8 @@ static enum status service_live(struct service *self)
                self->config->real ? "REAL" : "simulated",
                (double)self->rig.period_ns / 1e6, self->path);
         fflush(stdout);
+        if (self->config->records)
+            service_record_by_time(&self->control);
         self->watchdog_ns = service_notify_watchdog_ns();
         service_notify("READY=1");
         service_serve(self, interrupts);
@@ -257,6 +263,7 @@ static void service_down(struct service *self)
         service_clients_close(&control->clients, self->path);
     if (self->plans)
         service_planner_end(&control->planner);
+    service_recording_free(&self->recording);
     service_move_free(control->move);
     service_move_free(control->old_move);
     service_cam_free(control);
@@ -284,6 +291,9 @@ enum status service_run(const struct service_config *config)
         service_loop_init(&self->loop, &self->machine, config->real,
                           config->cpu);
         self->loop.frames = config->beside != NULL ? &self->frames : NULL;
+        service_recording_init(&self->recording, config->recordings, &self->rig,
+                               self->machine.ports.clock);
+        self->loop.recording = &self->recording;
         status = service_live(self);
     }
     service_down(self);

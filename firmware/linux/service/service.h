@@ -28,6 +28,8 @@ struct service_config {
     bool group;            /* those of its group may connect, too */
     int cpu;               /* the tick's; -1: any */
     const struct service_beside *beside; /* NULL: nothing */
+    const char *recordings; /* a directory; NULL: nothing is recorded */
+    bool records;           /* from its first tick on */
 };
 
 /* Runs until SIGTERM or SIGINT: axes stop along their path, then torque off.

@@ -3,6 +3,8 @@
 # mid-move: a simulated servo in another process, behind a real socket, is asked
 # itself what it was left with.
 #
+# All the while it records, and what it has recorded is read back afterwards.
+#
 # The servo has a watchdog of its own, 500 ms.  A kill of the service alone leaves the
 # guardian, which takes torque off; a kill of both leaves the servo's watchdog.  Ticks
 # are long, as in real_modbus.sh, and what found this machine busy is done again.
@@ -23,6 +25,7 @@ export SLEW_RUN_DIR="$dir"
 fail()
 {
     echo "service_real.sh: $*"
+    "$SLEW" service status "$dir/rig.yaml" 2>&1 || true # that ticks were lost, too
     cat "$dir/said" "$dir/begun" "$dir/err" "$dir/out" 2>/dev/null
     exit 1
 }
@@ -44,9 +47,9 @@ axes:
 RIG
 }
 
-comes() # comes TEXT FILE: within half a minute
+comes() # comes TEXT FILE: within a minute
 {
-    for _ in $(seq 300); do
+    for _ in $(seq 600); do
         ! grep -q "$1" "$2" || return 0
         sleep 0.1
     done
@@ -56,9 +59,12 @@ comes() # comes TEXT FILE: within half a minute
 # A bit of the servo's own status word: 4 has torque (operation enabled), 8 a fault.
 status()
 {
-    "$SLEW" drive get "127.0.0.1:$port" 3 status --map lexium-32 \
-        --timeout 2s >"$dir/status" 2>&1 || fail "the servo does not answer"
-    awk '$2 == "status" { print $4 }' "$dir/status"
+    for _ in $(seq 20); do
+        "$SLEW" drive get "127.0.0.1:$port" 3 status --map lexium-32 \
+            --timeout 2s >"$dir/status" 2>&1 && break
+    done
+    awk '$2 == "status" { print $4 }' "$dir/status" | grep . ||
+        fail "the servo does not answer"
 }
 
 has_torque()
@@ -77,15 +83,39 @@ is_off() # is_off: soon, and it stays so
     ! has_torque || fail "$*: it has torque again"
 }
 
-# Its answers are waited for: a plan takes its time.
-ask()
+answers()
 {
-    { printf '%s\n' "$@"; sleep 1; } | "$SLEW" service send "$dir/rig.yaml" >"$dir/out" 2>&1
+    grep -c '"ok"' "$dir/out" || true
 }
 
-is_state() # is_state STATE: within half a minute
+# ask LINE...: each once the one before it was answered, whatever that takes.
+ask()
 {
-    for _ in $(seq 300); do
+    asked=0
+    rm -f "$dir/in"
+    mkfifo "$dir/in"
+    : >"$dir/out"
+    "$SLEW" service send "$dir/rig.yaml" <"$dir/in" >"$dir/out" 2>&1 &
+    send=$!
+    exec 3>"$dir/in"
+    for line; do
+        printf '%s\n' "$line" >&3
+        asked=$((asked + 1))
+        for _ in $(seq 600); do
+            [ "$(answers)" -lt $asked ] || break
+            kill -0 $send 2>/dev/null || break
+            sleep 0.1
+        done
+    done
+    exec 3>&-
+    wait $send || true
+    [ "$(answers)" -eq $asked ] && ! grep -qE '"ok":[[:space:]]*false' "$dir/out" ||
+        fail "no answer, or no: $*"
+}
+
+is_state() # is_state STATE: within a minute
+{
+    for _ in $(seq 600); do
         "$SLEW" service status --json "$dir/rig.yaml" >"$dir/out" 2>&1 || true
         ! grep -qE "\"state\":[[:space:]]\"$1\"" "$dir/out" || return 0
         ! grep -F "ticks were lost" "$dir/out" || exit 1
@@ -98,12 +128,13 @@ is_state() # is_state STATE: within half a minute
 up()
 {
     : >"$dir/begun"
-    setsid "$SLEW" service run --real --yes "$dir/rig.yaml" >"$dir/begun" \
+    rm -f "$dir"/rig-*.mcap
+    setsid "$SLEW" service run --real --yes --recordings "$dir" \
+        --record-always "$dir/rig.yaml" >"$dir/begun" \
         2>"$dir/err" </dev/null &
     run=$!
     comes socket "$dir/begun"
-    ask '{"command":"take"}' '{"command":"enable"}' ||
-        fail "nobody takes the commands"
+    ask '{"command":"take"}' '{"command":"enable"}'
     is_state ready
     ask '{"command":"take"}' "{\"command\":\"load\",\"text\":\"axes: {lift: {curve: \
 s-curve, keys: [[0, 0 rev], [60, 200 rev]]}}\"}"
@@ -115,6 +146,17 @@ s-curve, keys: [[0, 0 rev], [60, 200 rev]]}}\"}"
     has_torque || fail "it moves without torque"
 }
 
+# The recording up to the last second: the service moved for longer than that.
+is_recorded()
+{
+    "$SLEW" report --json "$dir"/rig-*.mcap >"$dir/out" 2>&1 ||
+        fail "$*: the recording is not read back"
+    rows=$(sed -n 's/.*"rows":[[:space:]]*\([0-9]*\).*/\1/p' "$dir/out")
+    [ "${rows:-0}" -gt 50 ] || fail "$*: ${rows:-no} rows in the recording"
+    grep -qE '"move":[[:space:]]*(0\.[0-9]|[1-9])' "$dir/out" ||
+        fail "$*: the move is not in the recording"
+}
+
 # The ways it may end, one run of this script each.
 
 killed() # killed: the guardian is left
@@ -124,6 +166,7 @@ killed() # killed: the guardian is left
     wait "$run" 2>/dev/null || true
     comes "lift: torque is off" "$dir/err"
     is_off killed
+    is_recorded killed
 }
 
 all_killed() # the servo's watchdog is left
@@ -132,6 +175,7 @@ all_killed() # the servo's watchdog is left
     kill -9 "-$run"
     wait "$run" 2>/dev/null || true
     is_off "killed with its guardian"
+    is_recorded "killed with its guardian"
 }
 
 # Longer than the watchdog, and then it goes on: not by itself into a move.
@@ -145,6 +189,7 @@ hung()
     kill "$run" 2>/dev/null || true
     wait "$run" || true
     is_off "hung and ended"
+    is_recorded "hung and ended"
 }
 
 if [ $# -gt 0 ]; then

@@ -82,6 +82,8 @@ static enum status cmd_service_serve(const struct options *options)
         .real = options->real,
         .group = options->group,
         .cpu = (int)options->cpu,
+        .recordings = options->recordings,
+        .records = options->records,
     };
     if (config.rig_path == NULL) {
         error_say("slew service run: which rig? expected RIG");
@@ -101,6 +103,11 @@ static enum status cmd_service_serve(const struct options *options)
         (options->path_count > 2 || options->token_file != NULL ||
          options->address != NULL))
         return cmd_service_page_alone(options);
+    if (options->records && options->recordings == NULL) {
+        error_say("slew service run: --record-always: expected --recordings "
+                  "DIRECTORY too");
+        return STATUS_INPUT;
+    }
     if (!command_may_move(options, "service run"))
         return STATUS_INPUT;
     return options->port < 0 ? service_run(&config)
@@ -354,6 +361,11 @@ static const struct option_row cmd_service_option[] = {
       "run: the processor of the tick (any)" },
     { "group", NULL, OPTION_FLAG, offsetof(struct options, group),
       "run: those of the socket's group may connect, too" },
+    { "recordings", "DIRECTORY", OPTION_TEXT,
+      offsetof(struct options, recordings),
+      "run: where clients may record what happens at every tick" },
+    { "record-always", NULL, OPTION_FLAG, offsetof(struct options, records),
+      "run: from the first tick on, in a file there named by the time" },
     { "socket", "PATH", OPTION_TEXT, offsetof(struct options, socket),
       "another socket than the rig's" },
     { "port", "N", OPTION_COUNT, offsetof(struct options, port),

@@ -95,7 +95,8 @@ static void settle(const char *line)
     const struct controller *controller = &bench.machine.controller;
     const bool plays =
         strstr(line, "start") != NULL || strstr(line, "resume") != NULL ||
-        strstr(line, "override") != NULL || strstr(line, "renew") != NULL;
+        strstr(line, "loop") != NULL || strstr(line, "override") != NULL ||
+        strstr(line, "renew") != NULL;
     for (int i = 0; i < (plays ? 100 : TICKS); i++) {
         service_bench_tick(&bench);
         if (!plays && !controller->enabling &&

@@ -1,0 +1,195 @@
+/* tests/firmware/linux/service/test_recording.c - a service records its ticks, and
+ * goes on when the file is complete. */
+#include <dirent.h>
+
+#include "firmware/host/recording/record_read.h"
+#include "tests/support/check.h"
+#include "tests/support/service_bench.h"
+
+static const char rig_text[] =
+    "buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}\n"
+    "axes:\n"
+    "  pan:\n"
+    "    unit: deg\n"
+    "    limits: {position: [-90 deg, 90 deg], velocity: 60 deg/s,"
+    " acceleration: 120 deg/s2}\n"
+    "    following_error: {floor: 1 deg}\n"
+    "    drive: {kind: cia402, bus: can0, node: 1, counts: 4096 per deg}\n";
+
+static struct service_bench bench;
+static struct service_recording recording;
+static const struct service_recording_about about = {
+    .rig_path = "rig.yaml",
+    .rig_text = rig_text,
+    .rig_length = sizeof rig_text - 1,
+};
+
+static int set_up(void **state)
+{
+    (void)state;
+    memset(&bench, 0, sizeof bench);
+    memset(&recording, 0, sizeof recording);
+    if (service_bench_open(&bench, rig_text) < 0)
+        return -1;
+    service_recording_init(&recording, bench.directory, &bench.rig,
+                           bench.machine.ports.clock);
+    bench.loop.recording = &recording;
+    bench.control.recording = &recording;
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    DIR *directory = opendir(bench.directory);
+    char path[400];
+    (void)state;
+    service_recording_free(&recording);
+    for (const struct dirent *entry;
+         directory != NULL && (entry = readdir(directory)) != NULL;)
+        if (strstr(entry->d_name, ".mcap") || strstr(entry->d_name, ".csv")) {
+            snprintf(path, sizeof path, "%s/%s", bench.directory,
+                     entry->d_name);
+            (void)unlink(path);
+        }
+    if (directory != NULL)
+        closedir(directory);
+    service_bench_close(&bench);
+    return 0;
+}
+
+static void pause_a_little(void)
+{
+    nanosleep(&(struct timespec){ .tv_nsec = 2000000 }, NULL);
+}
+
+/* Virtual time is faster than a thread that writes: it is waited for. */
+static void tick(unsigned ticks)
+{
+    for (unsigned i = 0; i < ticks; i++) {
+        service_bench_tick(&bench);
+        for (unsigned n = 0; n < 30000 && i % 500 == 499 &&
+                             recorder_waiting(&recording.recorder) > 0;
+             n++)
+            pause_a_little();
+    }
+}
+
+static int start(const char *name)
+{
+    char text[SERVICE_RECORDING_TEXT_MAX];
+    return service_recording_start(&recording, name, &about, text);
+}
+
+static void stop(void)
+{
+    assert_int_equal(service_recording_stop(&recording), MOTION_OK);
+    for (unsigned n = 0; n < 30000 && !service_recording_ended(&recording); n++)
+        pause_a_little();
+    assert_int_equal(recording.turn, SERVICE_RECORDING_OFF);
+    assert_false(recording.failed);
+    assert_int_equal(recording.rows_lost, 0);
+}
+
+static void read_back(const char *name, struct record_file *file)
+{
+    char path[128], message[YAML_MESSAGE_MAX];
+    snprintf(path, sizeof path, "%s/%s", bench.directory, name);
+    assert_int_equal(
+        record_read(file, &disk_files, path, &bench.rig, NULL, message), 0);
+}
+
+static void every_tick_is_read_back(void **state)
+{
+    struct record_file file;
+    (void)state;
+    tick(10);
+    for (unsigned i = 0; i < 2; i++) { /* the second counts anew */
+        const char *name = i == 0 ? "one.mcap" : "two.mcap";
+        assert_int_equal(start(name), MOTION_OK);
+        tick(2500);
+        stop();
+        tick(10);
+        read_back(name, &file);
+        assert_true(file.ended);
+        assert_int_equal(file.rows, 2500);
+        assert_int_equal(file.rows_missing, 0);
+        record_file_free(&file);
+    }
+}
+
+static void csv_has_a_line_per_tick(void **state)
+{
+    char path[128], line[1024];
+    unsigned lines = 0;
+    (void)state;
+    assert_int_equal(start("a.csv"), MOTION_OK);
+    tick(700);
+    stop();
+    snprintf(path, sizeof path, "%s/a.csv", bench.directory);
+    FILE *file = fopen(path, "r");
+    assert_non_null(file);
+    while (fgets(line, sizeof line, file) != NULL)
+        lines++;
+    fclose(file);
+    assert_int_equal(lines, 701);
+}
+
+static void only_new_files_of_its_directory_are_written(void **state)
+{
+    static const char *const wrong[] = {
+        "",      "../a.mcap", "/tmp/a.mcap", "a/b.csv",
+        ".mcap", "a.txt",     "a",           ".a.csv",
+    };
+    char longest[SERVICE_RECORDING_NAME_MAX + 8];
+    (void)state;
+    tick(10);
+    for (size_t i = 0; i < ARRAY_LEN(wrong); i++)
+        assert_int_equal(start(wrong[i]), MOTION_E_ARG);
+    memset(longest, 'a', sizeof longest);
+    memcpy(longest + sizeof longest - 5, ".csv", 5);
+    assert_int_equal(start(longest), MOTION_E_ARG);
+    assert_int_equal(start("a.csv"), MOTION_OK);
+    assert_int_equal(start("b.csv"), MOTION_E_STATE);
+    stop();
+    assert_int_equal(start("a.csv"), MOTION_E_ARG); /* is there */
+    assert_int_equal(service_recording_stop(&recording), MOTION_E_STATE);
+    recording.directory = NULL;
+    assert_int_equal(start("c.csv"), MOTION_E_STATE);
+    recording.directory = "/nowhere";
+    assert_int_equal(start("c.csv"), MOTION_E_IO);
+    assert_int_equal(recording.turn, SERVICE_RECORDING_OFF);
+}
+
+/* What nobody takes out is lost, and said; the tick goes on. */
+static void a_writer_that_hangs_costs_rows(void **state)
+{
+    struct record_file file;
+    (void)state;
+    assert_int_equal(start("one.mcap"), MOTION_OK);
+    (void)pthread_mutex_lock(&recording.lock);
+    for (unsigned i = 0; i < RECORDER_ROWS + 100; i++)
+        service_bench_tick(&bench);
+    (void)pthread_mutex_unlock(&recording.lock);
+    assert_int_equal(service_recording_stop(&recording), MOTION_OK);
+    for (unsigned n = 0; n < 30000 && !service_recording_ended(&recording); n++)
+        pause_a_little();
+    assert_true(recording.rows_lost >= 99);
+    read_back("one.mcap", &file);
+    assert_true(file.ended);
+    record_file_free(&file);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(every_tick_is_read_back, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(csv_has_a_line_per_tick, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(
+            only_new_files_of_its_directory_are_written, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_writer_that_hangs_costs_rows, set_up,
+                                        tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
