@@ -336,7 +336,7 @@ static enum status cmd_batch_run(const struct options *options)
 
 static const struct option_row cmd_batch_option[] = {
     { "vary", "LIST", OPTION_TEXT, offsetof(struct options, vary),
-      "AXIS.WHAT=LOW..HIGH, ..., of *: every axis" },
+      "AXIS.WHAT=LOW..HIGH or =MEAN+-DEVIATION, ..., of *: every axis" },
     { "runs", "N", OPTION_COUNT, offsetof(struct options, runs),
       "how many variations (1000)" },
     { "seed", "N", OPTION_COUNT, offsetof(struct options, seed),
@@ -367,7 +367,8 @@ const struct command cmd_batch = {
     .summary = "run a move under thousands of variations of its machine",
     .text =
         "Every run is slew run in virtual time, with servos drawn evenly from\n"
-        "the ranges of --vary, by seed and number of the run:\n\n"
+        "the ranges of --vary, or normally about MEAN+-DEVIATION, by seed and\n"
+        "number of the run:\n\n"
         "  mass       moved inertia beside the rig's, such as 0.5..2\n"
         "  bandwidth  of the position loop, x the rig's\n"
         "  damping    of the position loop, x the rig's\n"
