@@ -190,6 +190,10 @@ struct plan_move {
     /* In front of the start and behind the end of a move that is in motion there
      * (plan_roll.h); 0: nothing. */
     int64_t pre_roll_ns_q12, post_roll_ns_q12;
+    /* How often it is played, -1 until it is stopped, and whether every second
+     * time in reverse; planning is of one time. */
+    int32_t times; /* 0: once */
+    bool is_ping_pong;
     struct plan_axis *axis;
     uint32_t axis_count;
     struct plan_joints *joints;

@@ -103,6 +103,36 @@ static int move_read_post_roll(void *reader, const struct yaml_value *value,
                           &((struct plan_move *)out)->post_roll_ns_q12);
 }
 
+#define MOVE_TIMES_MAX 1000000000
+
+static int move_read_loop(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    struct plan_move *move = out;
+    int64_t times = -1;
+
+    if (move_refuse_guest(reader, value) < 0)
+        return -1;
+    if (strcmp(yaml_value_text(value), "forever") != 0 &&
+        yaml_value_integer(value, 1, MOVE_TIMES_MAX, &times) < 0)
+        return -1;
+    move->times = (int32_t)times;
+    return 0;
+}
+
+static int move_read_ping_pong(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct plan_move *move = out;
+
+    if (move_refuse_guest(reader, value) < 0 ||
+        yaml_value_bool(value, &move->is_ping_pong) < 0)
+        return -1;
+    if (move->is_ping_pong && move->times == 0)
+        move->times = 2; /* there and back, where loop does not say more */
+    return 0;
+}
+
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value)
 {
@@ -129,6 +159,11 @@ static const struct yaml_field move_fields[] = {
     { "post_roll", YAML_OPTIONAL,
       "a time of 1 ms .. 1 h, in which axes that end in motion come to rest",
       move_read_post_roll, 0 },
+    { "loop", YAML_OPTIONAL,
+      "how often it is played, 1 .. 1000000000, or forever", move_read_loop,
+      0 },
+    { "ping_pong", YAML_OPTIONAL, "true or false: every second time in reverse",
+      move_read_ping_pong, 0 },
     { "timing", YAML_OPTIONAL, "fastest, for axes whose keys are positions",
       move_read_timing, 0 },
     { "axes", YAML_OPTIONAL, "a map of axes by name", move_read_axes, 0 },

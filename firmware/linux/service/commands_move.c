@@ -123,16 +123,23 @@ static bool command_has_move(const struct command_line *line)
     return false;
 }
 
+/* As often as the command says, or else the move. */
 void command_start(const struct command_line *line)
 {
-    struct service_request request = {
-        .kind = SERVICE_START,
-        .is_ping_pong = cJSON_IsTrue(command_line_member(line, "ping_pong")),
-    };
+    struct service_request request = { .kind = SERVICE_START };
+    const cJSON *ping_pong = command_line_member(line, "ping_pong");
     double times;
-    if (!command_line_number(line, "times", 0, 1e9, 1, &times) ||
-        !command_has_move(line))
+    if (!command_has_move(line))
         return;
+    const struct plan_move *move = &line->control->move->job.move;
+    const bool by_move =
+        ping_pong == NULL && command_line_member(line, "times") == NULL;
+    if (!command_line_number(line, "times", 0, 1e9, 1, &times))
+        return;
+    if (by_move)
+        times = move->times < 0 ? 0 : move->times > 0 ? move->times : 1;
+    request.is_ping_pong =
+        by_move ? move->is_ping_pong : cJSON_IsTrue(ping_pong);
     request.times = llrint(times);
     request.motion = &line->control->move->motion;
     command_line_request(line, &request);

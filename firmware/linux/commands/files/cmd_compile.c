@@ -27,6 +27,11 @@ static enum status cmd_compile_run(const struct options *options)
     struct job *job = memory_new(1, sizeof *job);
     enum status status =
         planning_open(job, options->path, options->path_count, false);
+    if (status == STATUS_OK && job->move.times != 0) {
+        error_say("slew compile: a compiled move is played once, expected a "
+                  "move without loop and ping_pong");
+        status = STATUS_INPUT;
+    }
     if (status == STATUS_OK)
         status = cmd_compile_save(job, options->out);
     job_free(job);

@@ -75,6 +75,18 @@ static void cmd_plan_row(struct table *table, const struct job *job,
     cmd_plan_peak(table, job, axis, MOTION_JERK);
 }
 
+/* How often it is played, where that is not once. */
+static void cmd_plan_times(const struct plan_move *move)
+{
+    if (move->times == 0 && !move->is_ping_pong)
+        return;
+    if (move->times < 0)
+        fputs("played until it is stopped", stdout);
+    else
+        printf("played %d times", move->times);
+    puts(move->is_ping_pong ? ", every second time in reverse" : "");
+}
+
 static void cmd_plan_text(const struct job *job)
 {
     static const char *const head[] = {
@@ -92,6 +104,7 @@ static void cmd_plan_text(const struct job *job)
     for (unsigned i = 0; i < job->rig.bus_count; i++)
         if (!rig_bus_is_can(&job->rig.bus[i]))
             modbus_budget_print(&job->rig, i, stdout);
+    cmd_plan_times(&job->move);
     path_report_text(job, stdout);
     job_shape_print(job, stdout);
     job_camera_text(job, stdout);
@@ -150,6 +163,12 @@ static void cmd_plan_json(const struct job *job)
     cJSON_AddStringToObject(report, "title", job->move.title);
     cJSON_AddNumberToObject(report, "duration_s",
                             number_double(job->end_ns_q12, 12) / 1e9);
+    if (job->move.times < 0)
+        cJSON_AddStringToObject(report, "loop", "forever");
+    else
+        cJSON_AddNumberToObject(report, "loop",
+                                job->move.times == 0 ? 1 : job->move.times);
+    cJSON_AddBoolToObject(report, "ping_pong", job->move.is_ping_pong);
     job_json_hash(job, report);
     cJSON *axes = cJSON_AddArrayToObject(report, "axes");
     for (unsigned i = 0; i < job->move.axis_count; i++) {

@@ -248,7 +248,7 @@ static enum status cmd_run_play(struct cmd_run *self)
         .override_q30 = self->when.play_q30,
         .from_ns_q12 = self->when.from_ns_q12,
         .times = self->when.times,
-        .is_ping_pong = options->ping_pong,
+        .is_ping_pong = self->when.is_ping_pong,
         .hold_at_ns = self->when.hold_at_ns,
         .start_wall_ns = self->when.at_ns,
         .start_line =

@@ -133,7 +133,7 @@ static void run_intent_plays(const struct run_when *self)
     else if (self->times > 1)
         printf("the move is played %" PRId64 " times", self->times);
     if (self->times != 1)
-        puts(self->options->ping_pong ? ", every second time in reverse" : "");
+        puts(self->is_ping_pong ? ", every second time in reverse" : "");
 }
 
 void run_intent_print(const struct run_when *self)

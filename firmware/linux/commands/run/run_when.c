@@ -142,31 +142,53 @@ static enum status run_when_on_edge(struct run_when *self)
     return STATUS_INPUT;
 }
 
+/* How often, by the options, or else by the move itself. */
+static bool run_when_repeats(struct run_when *self)
+{
+    const struct options *options = self->options;
+    const struct plan_move *move = &self->job->move;
+    const bool by_option = options->loop >= 0 || options->ping_pong;
+    self->is_ping_pong = by_option ? options->ping_pong : move->is_ping_pong;
+    if (!by_option)
+        self->times = move->times == 0 ? 1 : move->times;
+    else
+        self->times = options->loop == 0   ? -1
+                      : options->loop > 0  ? options->loop
+                      : options->ping_pong ? 2
+                                           : 1;
+    return self->times != 1 || self->is_ping_pong;
+}
+
+/* What it is that repeats it, for a sentence. */
+static const char *run_when_repeat_name(const struct run_when *self)
+{
+    if (self->options->ping_pong)
+        return "--ping-pong";
+    if (self->options->loop >= 0)
+        return "--loop";
+    return self->is_ping_pong ? "ping_pong of the move" : "loop of the move";
+}
+
 /* Where it begins, and how often. */
 static enum status run_when_plays(struct run_when *self)
 {
     const struct options *options = self->options;
-    const bool repeats =
-        options->ping_pong || (options->loop >= 0 && options->loop != 1);
+    const bool repeats = run_when_repeats(self);
     const char *why = run_when_only_whole(self);
-    self->times = options->loop == 0   ? -1
-                  : options->loop > 0  ? options->loop
-                  : options->ping_pong ? 2
-                                       : 1;
     if (options->from != NULL && why != NULL)
         return run_when_refuse("--from", why);
     if (repeats && why != NULL)
-        return run_when_refuse(options->ping_pong ? "--ping-pong" : "--loop",
-                               why);
-    if (options->loop == 0 && !run_when_is_on_clock(options))
-        return run_when_refuse("--loop 0", "in virtual time it would not end, "
-                                           "expected --realtime or --real "
-                                           "with it");
-    for (unsigned i = 0; options->ping_pong && i < self->job->move.axis_count;
+        return run_when_refuse(run_when_repeat_name(self), why);
+    if (self->times < 0 && !run_when_is_on_clock(options))
+        return run_when_refuse(options->loop == 0 ? "--loop 0"
+                                                  : "loop: forever",
+                               "in virtual time it would not end, expected "
+                               "--realtime or --real with it");
+    for (unsigned i = 0; self->is_ping_pong && i < self->job->move.axis_count;
          i++)
         if (job_runs_by_drive_profile(self->job, i))
             return run_when_refuse(
-                "--ping-pong",
+                run_when_repeat_name(self),
                 "an axis goes by its drive's profile, which is not the same in "
                 "reverse, expected --loop");
     return options->from == NULL ? STATUS_OK
@@ -212,9 +234,9 @@ static const char *run_when_not_following(const struct run_when *self)
         return "the move has no frame rate, expected fps: in it";
     if (options->at != NULL || options->on_edge != NULL)
         return "is a start of its own, expected no --at and no --on-edge";
-    if (options->hold_at != NULL || options->loop >= 0 || options->ping_pong)
+    if (options->hold_at != NULL || self->times != 1 || self->is_ping_pong)
         return "is for a move that is played once, expected no --hold-at, "
-               "--loop or --ping-pong";
+               "--loop or --ping-pong, and --loop 1 where the move has loop";
     if (self->play_q30 != MOTION_CLOCK_WARP_ONE_Q30)
         return "sets the speed, expected no --override";
     return NULL;

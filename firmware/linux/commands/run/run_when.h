@@ -17,7 +17,8 @@ struct run_when {
     int64_t at_ns;                   /* of the wall clock; 0: at once */
     int start_line;                  /* of the rig; -1: none */
     int64_t from_ns_q12;
-    int64_t times; /* -1: until it is stopped */
+    int64_t times;     /* -1: until it is stopped */
+    bool is_ping_pong; /* every second time in reverse */
 };
 
 /* Of a job that is open and of a command with run's options, which stay where

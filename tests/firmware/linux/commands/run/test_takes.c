@@ -60,6 +60,56 @@ static void takes_are_the_same_to_the_bit(void **state)
     assert_string_not_equal(first, other);
 }
 
+/* What the move says of how often it is played, unless an option does. */
+static void a_move_says_how_often_it_is_played(void **state)
+{
+    static const struct {
+        const char *move, *option, *says;
+    } rows[] = {
+        { "loop: 3", NULL, "played 3 times to the end" },
+        { "ping_pong: true", NULL, "played 2 times to the end" },
+        { "ping_pong: true\nloop: 3", NULL, "played 3 times to the end" },
+        { "loop: forever", "2", "played 2 times to the end" },
+    };
+    char text[256];
+
+    (void)state;
+    put_rig("");
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        snprintf(text, sizeof text,
+                 "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm]]}}\n%s\n",
+                 rows[i].move);
+        run_put("move.yaml", text);
+        if (rows[i].option == NULL)
+            run("run", run_path("rig.yaml"), run_path("move.yaml"));
+        else
+            run("run", run_path("rig.yaml"), run_path("move.yaml"), "--loop",
+                rows[i].option);
+        run_expect(0);
+        run_says(rows[i].says);
+    }
+}
+
+static void what_would_not_end_or_is_played_once_is_refused(void **state)
+{
+    (void)state;
+    put_rig("");
+    run_put("move.yaml", "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm]]}}\n"
+                         "loop: forever\n");
+    run("run", run_path("rig.yaml"), run_path("move.yaml"));
+    run_expect(2);
+    run_complains("loop: forever: in virtual time it would not end");
+    run("compile", run_path("rig.yaml"), run_path("move.yaml"), "--out",
+        run_path("move.slt"));
+    run_expect(2);
+    run_complains("a compiled move is played once");
+    run_put("move.yaml", "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm]]}}\n"
+                         "events: [{line: camera, at: 500 ms}]\nloop: 2\n");
+    run("run", run_path("rig.yaml"), run_path("move.yaml"));
+    run_expect(2);
+    run_complains("loop of the move: the move has events");
+}
+
 static void what_a_shaper_costs_is_printed(void **state)
 {
     (void)state;
@@ -85,6 +135,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(takes_are_the_same_to_the_bit),
+        cmocka_unit_test(a_move_says_how_often_it_is_played),
+        cmocka_unit_test(what_would_not_end_or_is_played_once_is_refused),
         cmocka_unit_test(what_a_shaper_costs_is_printed),
     };
     return cmocka_run_group_tests(tests, run_open, run_close);
