@@ -7,7 +7,7 @@ MCU_OPT    := -O2
 # What every image has; bytes.c in the place of a C library.
 MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
               firmware/mcu/board/port.c firmware/mcu/board/cortex_m.c \
-              firmware/mcu/board/bytes.c firmware/host/base/crc32.c $(PORTABLE)
+              firmware/mcu/board/bytes.c $(PORTABLE)
 
 # Small where the tick never comes, or only once per request; smaller still
 # with products of 128 bits as calls, where there are many.
@@ -47,8 +47,7 @@ firmware: $(MCU_BOARDS:%=$(MCU_DIR)/%.elf) mcu-portable
 
 # What is independent of a board is compiled for other processors too, for a Cortex-M0 as
 # make rt does.
-MCU_PORTABLE := $(wildcard firmware/mcu/*.c) firmware/host/base/crc32.c \
-                $(PORTABLE)
+MCU_PORTABLE := $(wildcard firmware/mcu/*.c) $(PORTABLE)
 MCU_OTHER    := $(MCU_PORTABLE:%.c=build/rt/m0/%.o)
 define mcu_other
 MCU_OTHER += $(patsubst %.c,$(MCU_DIR)/$(1)/%.o,$(MCU_PORTABLE))

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "firmware/mcu/piece.h"
+#include "hal/mcu/piece.h"
 #include "hal/support/container_of.h"
 
 #define ILLEGAL_ADDRESS 2
@@ -81,6 +81,8 @@ static void registers_state(const struct mcu_registers *self, uint16_t *word)
     mcu_words_put(word + MCU_STATE_LOG_FIRST, mcu_log_first(&unit->log), 2);
     mcu_words_put(word + MCU_STATE_LOG_NEXT, unit->log.next, 2);
     mcu_words_put(word + MCU_STATE_LOG_CRC, unit->log.crc, 2);
+    word[MCU_STATE_WATCH] = self->watch_ms;
+    word[MCU_STATE_SILENT] = self->is_silent;
     word[MCU_STATE_STACK] = (uint16_t)(stack > UINT16_MAX ? UINT16_MAX : stack);
 }
 
@@ -209,16 +211,40 @@ static uint16_t registers_result(int err)
     return MCU_RESULT_ARG;
 }
 
+/* Divides: between ticks. */
+static int registers_set_watch(struct mcu_registers *self, uint32_t ms)
+{
+    const uint64_t period_ns = (uint64_t)self->unit->config->period_ns;
+
+    if (ms > MCU_WATCH_MAX)
+        return MOTION_E_ARG;
+    self->watch_ms = (uint16_t)ms;
+    self->watch =
+        (uint32_t)((ms * UINT64_C(1000000) + period_ns - 1) / period_ns);
+    return MOTION_OK;
+}
+
+static int registers_enable(struct mcu_registers *self)
+{
+    const int err = controller_enable(&self->unit->controller);
+
+    if (err == MOTION_OK)
+        self->is_silent = false;
+    return err;
+}
+
 static int registers_do(struct mcu_registers *self, enum mcu_command command,
                         uint32_t value)
 {
     struct controller *controller = &self->unit->controller;
 
+    if (command == MCU_COMMAND_WATCH)
+        return registers_set_watch(self, value);
     if (self->unit->axis_count == 0)
         return MOTION_E_STATE;
     switch (command) {
     case MCU_COMMAND_ENABLE:
-        return controller_enable(controller);
+        return registers_enable(self);
     case MCU_COMMAND_START:
         return mcu_upload_has(self->upload, value) ? mcu_unit_start(self->unit)
                                                    : MOTION_E_AGAIN;
@@ -235,6 +261,8 @@ static int registers_do(struct mcu_registers *self, enum mcu_command command,
         return controller_reset(controller);
     case MCU_COMMAND_OVERRIDE:
         return controller_override(controller, value);
+    case MCU_COMMAND_WATCH:
+        break;
     }
     return MOTION_E_ARG;
 }
@@ -281,10 +309,31 @@ static void registers_poll(struct mcu_registers *self)
     self->result = registers_result(err);
 }
 
+/* Whoever moves it is gone. */
+static void registers_watch(struct mcu_registers *self)
+{
+    struct mcu_unit *unit = self->unit;
+    struct controller *controller = &unit->controller;
+
+    if (self->watch == 0 || unit->axis_count == 0 ||
+        unit->tick - self->heard < self->watch)
+        return;
+    self->heard = unit->tick - self->watch; /* it stays so, also at a wrap */
+    if (controller->state == CONTROLLER_MOVING ||
+        controller->state == CONTROLLER_HOLDING)
+        controller_stop(controller);
+    else if (controller->state == CONTROLLER_READY || controller->enabling)
+        (void)controller_off(controller);
+    else
+        return;
+    self->is_silent = true;
+}
+
 void mcu_registers_poll(struct mcu_registers *self)
 {
     mcu_unit_hold(self->unit);
     registers_poll(self);
+    registers_watch(self);
     mcu_unit_release(self->unit);
 }
 
@@ -323,12 +372,13 @@ static uint8_t mcu_registers_get(struct modbus_slave *slave,
                                  enum modbus_space space, uint16_t address,
                                  uint16_t count, uint16_t *value)
 {
-    const struct mcu_registers *self = registers_of(slave);
+    struct mcu_registers *self = registers_of(slave);
     uint8_t exception;
 
     if (space != MODBUS_HOLDING && space != MODBUS_INPUT)
         return ILLEGAL_ADDRESS;
     mcu_unit_hold(self->unit);
+    self->heard = self->unit->tick;
     exception = registers_get(self, address, count, value);
     mcu_unit_release(self->unit);
     return exception;
@@ -343,6 +393,7 @@ static uint8_t mcu_registers_set(struct modbus_slave *slave,
 
     if (space != MODBUS_HOLDING)
         return ILLEGAL_ADDRESS;
+    self->heard = self->unit->tick;
     if (address == MCU_AT_PIECE)
         return mcu_piece_exception(mcu_upload_put(self->upload, value, count));
     if (address == MCU_AT_LOG_INDEX && count == 2) {

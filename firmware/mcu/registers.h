@@ -7,104 +7,8 @@
 #define FIRMWARE_MCU_REGISTERS_H
 
 #include "firmware/mcu/upload.h"
+#include "hal/mcu/registers.h"
 #include "hal/modbus/slave.h"
-
-#define MCU_MAP_MAGIC   0x534C /* "SL" */
-#define MCU_MAP_VERSION 2
-
-/* Where they begin. */
-#define MCU_AT_IDENTITY  0x0000
-#define MCU_AT_STATE     0x0010
-#define MCU_AT_AXIS      0x0100 /* of axis 0; each MCU_AXIS_STEP on */
-#define MCU_AXIS_STEP    0x0020
-#define MCU_AT_COMMAND   0x0200
-#define MCU_AT_LOG_INDEX 0x0300
-#define MCU_AT_LOG       0x0310
-#define MCU_AT_WHY       0x0400 /* of axis 0; each MCU_AXIS_STEP on */
-#define MCU_AT_PIECE     0x1000
-
-#define MCU_IDENTITY_WORDS 9
-#define MCU_STATE_WORDS    50
-#define MCU_AXIS_WORDS     18
-#define MCU_WHY_WORDS      32 /* two characters each, the first one upper */
-#define MCU_COMMAND_WORDS  4
-#define MCU_COMMAND_AT     6     /* with the tick in which it is to be done */
-#define MCU_COMMAND_AHEAD  60000 /* ticks, at most */
-
-/* Offsets into the state and into an axis. */
-enum mcu_state_word {
-    MCU_STATE_STATE = 0,  /* enum controller_state */
-    MCU_STATE_FAULT,      /* enum controller_fault */
-    MCU_STATE_FAULT_AXIS, /* 0xFFFF: none in particular */
-    MCU_STATE_DRIVE_CODE,
-    MCU_STATE_TICKS,           /* 2 */
-    MCU_STATE_LOST = 6,        /* 2 */
-    MCU_STATE_PATH_NS = 8,     /* 4 */
-    MCU_STATE_RATE_Q30 = 12,   /* 2 */
-    MCU_STATE_SEQUENCE = 14,   /* of the last command */
-    MCU_STATE_RESULT,          /* what it said: enum mcu_command_result */
-    MCU_STATE_MOVE_ID,         /* 2 */
-    MCU_STATE_AXES = 18,       /* how many */
-    MCU_STATE_HEADS,           /* bit per axis: its head is there */
-    MCU_STATE_PIECE,           /* enum mcu_piece_result of the last one */
-    MCU_STATE_TAKEN,           /* 2 */
-    MCU_STATE_REFUSED = 23,    /* 2 */
-    MCU_STATE_VALUE = 25,      /* 4: of the fault */
-    MCU_STATE_LIMIT = 29,      /* 4 */
-    MCU_STATE_LOG_FIRST = 33,  /* 2: entries there are */
-    MCU_STATE_LOG_NEXT = 35,   /* 2 */
-    MCU_STATE_STACK = 37,      /* words never used */
-    MCU_STATE_READY,           /* 1: the move may be started */
-    MCU_STATE_SETUP_AXES,      /* bit per axis: its set-up has come */
-    MCU_STATE_LOG_CRC,         /* 2: of all entries since the start */
-    MCU_STATE_DRIVE_AXES = 42, /* bit per axis: its drive has come */
-    MCU_STATE_TIME,         /* 4: ns since power came; tick n is at n periods */
-    MCU_STATE_WAITING = 47, /* number of the command that waits; 0: none */
-    MCU_STATE_BEGAN,        /* 2: tick in which the last move began */
-};
-enum mcu_axis_word {
-    MCU_AXIS_ACTUAL = 0,   /* 4 */
-    MCU_AXIS_TARGET = 4,   /* 4 */
-    MCU_AXIS_DRIVE = 8,    /* enum hal_drive_state */
-    MCU_AXIS_SEGMENTS = 9, /* 2: of the move */
-    MCU_AXIS_FIRST = 11,   /* 2: kept */
-    MCU_AXIS_NEXT = 13,    /* 2: to be sent next */
-    MCU_AXIS_FREE = 15,    /* 2: room for so many */
-    MCU_AXIS_DRIVEN = 17,  /* 1: a servo on the board's line; 0: virtual */
-};
-
-/* X(name, value): commands. */
-#define MCU_COMMAND_LIST(X)                                                    \
-    X(MCU_COMMAND_ENABLE, 1)                                                   \
-    X(MCU_COMMAND_START, 2) /* value: move_id */                               \
-    X(MCU_COMMAND_HOLD, 3)                                                     \
-    X(MCU_COMMAND_RESUME, 4)                                                   \
-    X(MCU_COMMAND_STOP, 5)                                                     \
-    X(MCU_COMMAND_OFF, 6)                                                      \
-    X(MCU_COMMAND_RESET, 7)                                                    \
-    X(MCU_COMMAND_OVERRIDE, 8) /* value: rate_q30 */
-enum mcu_command {
-#define MCU_COMMAND_ENUM(name, value) name = (value),
-    MCU_COMMAND_LIST(MCU_COMMAND_ENUM)
-#undef MCU_COMMAND_ENUM
-};
-
-/* X(name, value, error of motion/core/err.h): what a command said. */
-#define MCU_RESULT_LIST(X)                                                     \
-    X(MCU_RESULT_DONE, 0, MOTION_OK)                                           \
-    X(MCU_RESULT_STATE, 1, MOTION_E_STATE)                                     \
-    X(MCU_RESULT_ARG, 2, MOTION_E_ARG)                                         \
-    X(MCU_RESULT_NOT_THERE, 3, MOTION_E_AGAIN)                                 \
-    X(MCU_RESULT_AWAY, 4, MOTION_E_AWAY)                                       \
-    X(MCU_RESULT_LIMIT, 5, MOTION_E_LIMIT)                                     \
-    X(MCU_RESULT_UNHOMED, 6, MOTION_E_UNHOMED)                                 \
-    X(MCU_RESULT_LATE, 7, MOTION_E_TIMEOUT)                                    \
-    X(MCU_RESULT_WAITS, 8, 1)
-enum mcu_result {
-#define MCU_RESULT_ENUM(name, value, err) name = (value),
-    MCU_RESULT_LIST(MCU_RESULT_ENUM)
-#undef MCU_RESULT_ENUM
-};
 
 /* A command that is done between tick `at` - 1 and tick `at`, or not at all. */
 struct mcu_waiting {
@@ -121,9 +25,15 @@ struct mcu_registers {
     uint16_t sequence;  /* of the last command; 0: none yet */
     uint16_t result;
     struct mcu_waiting waiting;
+    uint32_t watch; /* ticks without a request that end operation; 0: none do */
+    uint32_t heard; /* tick of the last request */
+    uint16_t watch_ms;
+    bool is_silent; /* it has ended so, and was not enabled since */
 };
 
-/* After every tick: does what waited for the next one. */
+/* After every tick: does what waited for the next one.  Where nobody has asked
+ * anything for as long as was agreed, axes stop along their path, and at rest
+ * torque goes off. */
 void mcu_registers_poll(struct mcu_registers *self);
 void mcu_registers_init(struct mcu_registers *self, struct mcu_unit *unit,
                         struct mcu_upload *upload);

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "firmware/mcu/map.h"
+#include "hal/mcu/map.h"
 
 void mcu_servos_clear(struct mcu_servos *servos)
 {

@@ -9,20 +9,8 @@
 #define FIRMWARE_MCU_SERVOS_H
 
 #include "hal/drive/modbus/drive.h"
+#include "hal/mcu/piece.h"
 #include "hal/modbus/master.h"
-
-#define MCU_AXES_MAX         6
-#define MCU_SERVO_PARAMETERS 8
-
-/* Of one axis, as it was sent. */
-struct mcu_servo {
-    struct drive_modbus_config config; /* map and parameter: set by start */
-    struct drive_modbus_parameter parameter[MCU_SERVO_PARAMETERS];
-    unsigned depth;              /* of struct modbus_bus */
-    int64_t feedback_max_age_ns; /* struct controller_axis_config */
-    uint32_t map_crc;            /* mcu_map_crc of the map it is meant for */
-    uint32_t crc;                /* of the piece it came in */
-};
 
 struct mcu_servos {
     struct modbus_map map;

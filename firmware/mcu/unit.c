@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 
 /* Segments that the controller looks at closely when a move begins; what
  * follows is judged by the head. */
@@ -120,6 +120,19 @@ static int unit_start_line(struct mcu_unit *unit, uint16_t driven)
     return err < 0 ? err : mcu_servos_start(config->servos, driven);
 }
 
+static struct controller_axis_config unit_axis(const struct mcu_setup *setup)
+{
+    return (struct controller_axis_config){
+        .pos_min_q32 = setup->pos_min_q32,
+        .pos_max_q32 = setup->pos_max_q32,
+        .limit = { setup->vel_q32, setup->acc_q32, setup->jerk_q32 },
+        .stop = { setup->stop_vel_q32, setup->stop_acc_q32,
+                  setup->stop_jerk_q32 },
+        .following_floor_q32 = setup->following_floor_q32,
+        .following_k_ns = setup->following_k_ns,
+    };
+}
+
 int mcu_unit_set_up(struct mcu_unit *unit, unsigned count,
                     const struct mcu_setup setup[], uint16_t driven)
 {
@@ -138,7 +151,7 @@ int mcu_unit_set_up(struct mcu_unit *unit, unsigned count,
     if (!unit_is_off(unit))
         return MOTION_E_STATE;
     for (unsigned i = 0; i < count; i++) {
-        axis[i] = setup[i].axis;
+        axis[i] = unit_axis(&setup[i]);
         drive[i] = &unit->drive[i].drive;
         if ((driven >> i & 1) == 0)
             continue;

@@ -28,12 +28,6 @@ struct mcu_unit_config {
     int64_t (*now_ns)(void);      /* NULL: that of the last tick */
 };
 
-/* Of an axis, as it is set up. */
-struct mcu_setup {
-    struct controller_axis_config axis;
-    int64_t pos_q32; /* where a virtual drive stands */
-};
-
 /* One tick's set points, in the order of ticks: the path's time, then one per
  * axis.  The log is as long as its memory and forgets the oldest; its checksum
  * is that of all entries ever, so that whoever knows what they should be can

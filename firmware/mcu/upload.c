@@ -1,29 +1,7 @@
 /* firmware/mcu/upload.c - see upload.h. */
 #include "firmware/mcu/upload.h"
 
-#include "firmware/mcu/map.h"
-#include "firmware/mcu/piece.h"
-
-static const struct {
-    uint8_t exception;
-    const char *text;
-} upload_row[] = {
-#define UPLOAD_ROW(name, value, exception, text) [value] = { exception, text },
-    MCU_PIECE_LIST(UPLOAD_ROW)
-#undef UPLOAD_ROW
-};
-
-uint8_t mcu_piece_exception(enum mcu_piece_result result)
-{
-    return upload_row[result].exception;
-}
-
-const char *mcu_piece_text(enum mcu_piece_result result)
-{
-    return (unsigned)result < sizeof upload_row / sizeof upload_row[0]
-               ? upload_row[result].text
-               : "unknown";
-}
+#include "hal/mcu/map.h"
 
 void mcu_upload_init(struct mcu_upload *upload, struct mcu_unit *unit)
 {

@@ -10,50 +10,7 @@
 #define FIRMWARE_MCU_UPLOAD_H
 
 #include "firmware/mcu/unit.h"
-
-#define MCU_PIECE_MAX      123 /* registers */
-#define MCU_PIECE_HEAD     6   /* kind and axis, move, number, before content */
-#define MCU_PIECE_AROUND   8   /* and the CRC-32 after it */
-#define MCU_PIECE_SEGMENTS 3   /* most in a piece */
-
-enum mcu_piece_kind {
-    MCU_PIECE_SETUP = 1, /* an axis; number: how many axes there are */
-    MCU_PIECE_HEAD_OF,   /* struct mcu_head of an axis; number 0 */
-    MCU_PIECE_TRACK,     /* segments; number: of the first */
-    MCU_PIECE_MAP,       /* values of the register map; number: of the first */
-    MCU_PIECE_DRIVE,     /* the drive of an axis; number 0 */
-};
-
-/* Registers of the content. */
-#define MCU_PIECE_SETUP_WORDS   48
-#define MCU_PIECE_VALUES        28 /* of four registers; a map, a drive */
-#define MCU_PIECE_TRACK_WORDS   35 /* of a segment */
-#define MCU_PIECE_HEAD_OF_WORDS 92
-
-/* X(name, value, Modbus exception, sentence): what became of a piece. */
-#define MCU_PIECE_LIST(X)                                                      \
-    X(MCU_PIECE_TAKEN, 0, 0, "taken")                                          \
-    X(MCU_PIECE_REPEATED, 1, 0, "was there already")                           \
-    X(MCU_PIECE_E_LENGTH, 2, 3, "no such piece has this length")               \
-    X(MCU_PIECE_E_CHECKSUM, 3, 3, "its checksum is wrong")                     \
-    X(MCU_PIECE_E_KIND, 4, 3, "there is no such kind")                         \
-    X(MCU_PIECE_E_AXIS, 5, 3, "there is no such axis")                         \
-    X(MCU_PIECE_E_MOVE, 6, 3, "belongs to another move")                       \
-    X(MCU_PIECE_E_ORDER, 7, 3, "is not the next one")                          \
-    X(MCU_PIECE_E_VALUE, 8, 3, "no plan has such numbers")                     \
-    X(MCU_PIECE_E_GAP, 9, 3, "does not fit to the one before, or to the end")  \
-    X(MCU_PIECE_E_LIMIT, 10, 3, "is beyond what the head of its axis says")    \
-    X(MCU_PIECE_E_FULL, 11, 6, "there is no room for it yet")                  \
-    X(MCU_PIECE_E_STATE, 12, 4, "not in this state")
-
-enum mcu_piece_result {
-#define MCU_PIECE_ENUM(name, value, exception, text) name = (value),
-    MCU_PIECE_LIST(MCU_PIECE_ENUM)
-#undef MCU_PIECE_ENUM
-};
-uint8_t mcu_piece_exception(enum mcu_piece_result result);
-/* Never NULL. */
-const char *mcu_piece_text(enum mcu_piece_result result);
+#include "hal/mcu/piece.h"
 
 struct mcu_upload {
     struct mcu_unit *unit;

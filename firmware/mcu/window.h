@@ -17,15 +17,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hal/mcu/piece.h"
 #include "motion/core/track.h"
-
-/* Of the whole axis; 0 segments: it stands where it is. */
-struct mcu_head {
-    int64_t end_ns_q12;
-    struct motion_state end;
-    uint64_t end_frac;
-    struct motion_track_outline outline; /* count: segments */
-};
 
 struct mcu_window {
     struct mcu_head head;

@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/host/base/crc32.h"
 #include "firmware/host/track/compiled.h"
 #include "firmware/host/track/track_file_bytes.h"
 #include "firmware/linux/base/disk.h"
+#include "hal/support/crc32.h"
 #include "tests/fuzz/fuzz.h"
 
 #define FUZZ_SHOTS 4096

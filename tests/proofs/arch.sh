@@ -36,6 +36,10 @@ rule 'hal/gpio/.*' "$hal|hal/gpio/.*" bytes
 rule 'hal/drive/drive.c' "$hal" bytes
 rule 'hal/drive/cia402/.*' "$hal|hal/(can|canopen|drive/cia402)/.*" bytes
 rule 'hal/drive/modbus/.*' "$hal|hal/(modbus|drive/modbus)/.*" bytes
+# What a board and who moves it say to each other, tracks among it.
+mcu="$hal|hal/mcu/.*|motion/core/track.h"
+rule 'hal/mcu/.*' "$mcu|hal/modbus/map.h|hal/drive/modbus/drive.h" bytes
+rule 'hal/drive/slew_mcu/.*' "$mcu|hal/(modbus|drive/slew_mcu)/.*" bytes
 # A kind on a plain CAN bus includes what these have in common, and no other kind.
 rule 'hal/drive/turn/.*' "$hal|hal/(can|drive/turn)/.*" bytes
 for kind in hal/drive/*/; do
@@ -51,7 +55,7 @@ rule 'firmware/studio/embedded.h' none freestanding
 rule 'firmware/linux/[^/]*' 'firmware/linux/commands/command.h' any
 # host has neither an operating system nor a simulation; it runs in a browser
 # too, but for the plots that cairo draws.
-host='hal/([^/]*|(support|can|canopen|modbus|gpio|drive)/.*)|motion/.*'
+host='hal/([^/]*|(support|can|canopen|modbus|mcu|gpio|drive)/.*)|motion/.*'
 known=
 for room in library host/base host/timecode host/yaml host/device host/rig host/fault \
     host/track host/move host/job host/exchange host/recording host/plot studio/wasm \
@@ -77,10 +81,9 @@ known="$known|linux/commands"
 # What other programs load: a simulated rig.
 rule 'firmware/fmu/.*' \
     'firmware/(fmu|host/base|linux/fmu)/.*' any
-# A board has the controller and drives without an operating system, and what
-# counts bytes as files do.
+# A board has the controller and drives without an operating system.
 rule 'firmware/mcu/.*' \
-    'firmware/(mcu|control)/.*|firmware/host/base/crc32.h|hal/([^/]*|(support|modbus|drive)/.*)|motion/(core|number)/.*' \
+    'firmware/(mcu|control)/.*|hal/([^/]*|(support|modbus|mcu|drive/modbus)/.*)|motion/(core|number)/.*' \
     bytes
 # A kind of drive includes the rooms, and no room includes it; of the kinds it includes
 # itself and what those that count turns share.

@@ -14,11 +14,11 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "firmware/host/base/crc32.h"
 #include "firmware/host/job/job.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/service/control.h"
+#include "hal/support/crc32.h"
 
 struct service_bench {
     char directory[32], socket[64], rig_path[64];

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 
 /* --- parts of a record --- */

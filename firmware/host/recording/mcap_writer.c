@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 
 /* Bytes of a message in the index of its chunk. */
 #define MCAP_ENTRY_BYTES 16

@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-#include "firmware/host/base/crc32.h"
 #include "firmware/host/track/track_file_bytes.h"
+#include "hal/support/crc32.h"
 
 /* --- little-endian -------------------------------------------------------- */
 

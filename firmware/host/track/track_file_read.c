@@ -8,8 +8,8 @@
 #include <stdarg.h>
 #include <string.h>
 
-#include "firmware/host/base/crc32.h"
 #include "firmware/host/track/track_file_bytes.h"
+#include "hal/support/crc32.h"
 #include "motion/core/err.h"
 
 __attribute__((format(printf, 2, 3))) static int

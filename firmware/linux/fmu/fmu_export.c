@@ -11,7 +11,7 @@
 #include <unistd.h>
 #include <zip.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/library/version.h"
 #include "firmware/linux/base/disk.h"

@@ -4,7 +4,7 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"

@@ -14,7 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/error.h"
 

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"

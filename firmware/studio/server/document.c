@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/disk.h"
 

@@ -13,38 +13,6 @@ uint32_t board_below(uint64_t *seed, uint32_t end)
     return (uint32_t)(((check_random(seed) >> 32) * end) >> 32);
 }
 
-static void board_extend(struct mcu_head *head,
-                         const struct motion_segment *segment)
-{
-    struct motion_extreme one[MOTION_JERK + 1];
-
-    motion_segment_extremes(segment, one);
-    for (int i = MOTION_POS; i <= MOTION_JERK; i++) {
-        struct motion_extreme *all = &head->outline.extreme[i];
-        if (one[i].min < all->min)
-            *all =
-                (struct motion_extreme){ one[i].min, all->max,
-                                         one[i].min_ns_q12, all->max_ns_q12 };
-        if (one[i].max > all->max)
-            *all =
-                (struct motion_extreme){ all->min, one[i].max, all->min_ns_q12,
-                                         one[i].max_ns_q12 };
-    }
-}
-
-void board_make_head(struct mcu_head *head, const struct motion_track *track)
-{
-    *head = (struct mcu_head){ .end_ns_q12 = track->end_ns_q12,
-                               .end = track->end,
-                               .end_frac = track->end_frac,
-                               .outline.count = track->count };
-    for (int i = MOTION_POS; i <= MOTION_JERK; i++)
-        head->outline.extreme[i] =
-            (struct motion_extreme){ .min = INT64_MAX, .max = INT64_MIN };
-    for (uint32_t i = 0; i < track->count; i++)
-        board_extend(head, &track->segment[i]);
-}
-
 static void board_make_axis(struct board_move *move, unsigned axis,
                             uint32_t count, uint64_t *seed)
 {
@@ -68,7 +36,7 @@ static void board_make_axis(struct board_move *move, unsigned axis,
             MOTION_OK);
         from = to;
     }
-    board_make_head(head, track);
+    mcu_head_of(track, head);
 }
 
 void board_make_move(struct board_move *move, uint32_t most, uint64_t *seed)
@@ -171,11 +139,13 @@ unsigned board_put_setup(uint16_t piece[MCU_PIECE_MAX],
                          const struct board_move *move, unsigned axis)
 {
     const struct mcu_setup setup = {
-        .axis = { .pos_min_q32 = -1000 * BOARD_ONE,
-                  .pos_max_q32 = 1000 * BOARD_ONE,
-                  .limit = { 100000 * BOARD_ONE, 100000000 * BOARD_ONE, 0 },
-                  .stop = { 100000 * BOARD_ONE, 100000000 * BOARD_ONE, 0 },
-                  .following_floor_q32 = BOARD_ONE },
+        .pos_min_q32 = -1000 * BOARD_ONE,
+        .pos_max_q32 = 1000 * BOARD_ONE,
+        .vel_q32 = 100000 * BOARD_ONE,
+        .acc_q32 = 100000000 * BOARD_ONE,
+        .stop_vel_q32 = 100000 * BOARD_ONE,
+        .stop_acc_q32 = 100000000 * BOARD_ONE,
+        .following_floor_q32 = BOARD_ONE,
         .pos_q32 = move->segment[axis][0].pos_q32,
     };
 

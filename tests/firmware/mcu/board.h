@@ -3,8 +3,8 @@
 #ifndef TESTS_FIRMWARE_MCU_BOARD_H
 #define TESTS_FIRMWARE_MCU_BOARD_H
 
-#include "firmware/mcu/piece.h"
 #include "firmware/mcu/registers.h"
+#include "hal/mcu/piece.h"
 #include "hal/modbus/rtu_slave.h"
 #include "tests/support/check.h"
 
@@ -39,7 +39,6 @@ extern const struct mcu_unit_config board_config;
 /* 0 up to, not including, end. */
 uint32_t board_below(uint64_t *seed, uint32_t end);
 
-void board_make_head(struct mcu_head *head, const struct motion_track *track);
 /* 1 .. most segments per axis. */
 void board_make_move(struct board_move *move, uint32_t most, uint64_t *seed);
 /* The same places at half the speed: nothing but its number tells its pieces

@@ -7,12 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/host/base/crc32.h"
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/host/rig/modbus_stream.h"
 #include "firmware/host/track/compiled.h"
 #include "firmware/linux/base/disk.h"
-#include "firmware/mcu/map.h"
+#include "hal/mcu/map.h"
+#include "hal/support/crc32.h"
 
 #define FEED_LINE 16384
 
@@ -117,14 +117,16 @@ unsigned feed_put_setup(const struct feed *feed, unsigned axis,
     const struct motion_track *track =
         compiled_look(feed->job.compiled, axis, 0);
     const struct mcu_setup setup = {
-        .axis = { .pos_min_q32 = own->limit.pos_min_q32,
-                  .pos_max_q32 = own->limit.pos_max_q32,
-                  .limit = { own->limit.vel_q32, own->limit.acc_q32,
-                             own->limit.jerk_q32 },
-                  .stop = { own->limit.vel_q32, own->stop_acc_q32,
-                            own->stop_jerk_q32 },
-                  .following_floor_q32 = own->following_floor_q32,
-                  .following_k_ns = own->following_k_ns },
+        .pos_min_q32 = own->limit.pos_min_q32,
+        .pos_max_q32 = own->limit.pos_max_q32,
+        .vel_q32 = own->limit.vel_q32,
+        .acc_q32 = own->limit.acc_q32,
+        .jerk_q32 = own->limit.jerk_q32,
+        .stop_vel_q32 = own->limit.vel_q32,
+        .stop_acc_q32 = own->stop_acc_q32,
+        .stop_jerk_q32 = own->stop_jerk_q32,
+        .following_floor_q32 = own->following_floor_q32,
+        .following_k_ns = own->following_k_ns,
         .pos_q32 =
             track->count > 0 ? track->segment[0].pos_q32 : track->end.pos_q32,
     };

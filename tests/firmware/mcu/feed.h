@@ -7,7 +7,7 @@
 #define TESTS_FIRMWARE_MCU_FEED_H
 
 #include "firmware/host/job/job.h"
-#include "firmware/mcu/piece.h"
+#include "hal/mcu/piece.h"
 
 struct feed_rows {
     int64_t (*row)[1 + MCU_AXES_MAX]; /* path_ns, then the set points */

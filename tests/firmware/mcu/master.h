@@ -8,8 +8,8 @@
 #include <modbus.h>
 #include <stdbool.h>
 
-#include "firmware/mcu/piece.h"
 #include "firmware/mcu/registers.h"
+#include "hal/mcu/piece.h"
 
 struct master {
     modbus_t *line;

@@ -20,7 +20,8 @@ CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 NM = CROSS + "nm"
 PORTABLE = re.compile(r"motion/core/|firmware/control/|firmware/mcu/virtual_drive")
 # What servo drives on a board's own line take besides.
-SERVOS = re.compile(r"hal/drive/modbus/|hal/support/|firmware/mcu/(servos|map)|"
+SERVOS = re.compile(r"hal/drive/modbus/|hal/support/(?!crc32)|"
+                    r"firmware/mcu/servos|hal/mcu/map|"
                     r"hal/modbus/(bus|map|master|modbus)\.")
 FLASH_MAX, AXIS_MAX, AXES = 48 * 1024, 1024, 6
 # What one more axis adds to struct mcu_unit and struct mcu_upload.

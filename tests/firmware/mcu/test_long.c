@@ -39,7 +39,7 @@ static void send_heads(void)
     for (unsigned i = 0; i < BOARD_AXES; i++) {
         struct mcu_head head;
         uint16_t piece[MCU_PIECE_MAX];
-        board_make_head(&head, &track[i]);
+        mcu_head_of(&track[i], &head);
         assert_true(board_send(&board, MCU_AT_PIECE, piece,
                                mcu_piece_put_head(piece, start.id, i, &head)));
     }

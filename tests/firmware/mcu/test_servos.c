@@ -7,7 +7,7 @@
 
 #include "firmware/host/device/modbus_map_load.h"
 #include "firmware/linux/base/disk.h"
-#include "firmware/mcu/map.h"
+#include "hal/mcu/map.h"
 #include "sim/bus/modbus.h"
 #include "sim/device/modbus/servo.h"
 #include "tests/firmware/mcu/board.h"
@@ -97,11 +97,13 @@ static void make_setup(void)
     }
     for (unsigned i = 0; i < BOARD_AXES; i++, pieces.count++) {
         const struct mcu_setup one = {
-            .axis = { .pos_min_q32 = -1000 * BOARD_ONE,
-                      .pos_max_q32 = 1000 * BOARD_ONE,
-                      .limit = { 20 * BOARD_ONE, 200 * BOARD_ONE, 0 },
-                      .stop = { 20 * BOARD_ONE, 200 * BOARD_ONE, 0 },
-                      .following_floor_q32 = 3 * BOARD_ONE },
+            .pos_min_q32 = -1000 * BOARD_ONE,
+            .pos_max_q32 = 1000 * BOARD_ONE,
+            .vel_q32 = 20 * BOARD_ONE,
+            .acc_q32 = 200 * BOARD_ONE,
+            .stop_vel_q32 = 20 * BOARD_ONE,
+            .stop_acc_q32 = 200 * BOARD_ONE,
+            .following_floor_q32 = 3 * BOARD_ONE,
         };
         pieces.length[pieces.count] = mcu_piece_put_setup(
             pieces.word[pieces.count], move.id, i, BOARD_AXES, &one, crc[i]);
@@ -325,7 +327,7 @@ static void make_slow_move(void)
                                                          1000 * MS << 12,
                                                          &at[k], &at[k + 1]),
                              MOTION_OK);
-        board_make_head(&move.head[i], &move.track[i]);
+        mcu_head_of(&move.track[i], &move.head[i]);
     }
 }
 

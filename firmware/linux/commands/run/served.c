@@ -6,7 +6,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"

@@ -10,10 +10,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "firmware/host/base/crc32.h"
 #include "firmware/host/track/compiled.h"
 #include "firmware/host/track/track_file_bytes.h"
 #include "firmware/linux/base/disk.h"
+#include "hal/support/crc32.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "tests/support/check.h"

@@ -1,9 +1,9 @@
-/* firmware/mcu/map.c - see map.h. */
-#include "firmware/mcu/map.h"
+/* hal/mcu/map.c - see map.h. */
+#include "hal/mcu/map.h"
 
 #include <stddef.h>
 
-#include "firmware/host/base/crc32.h"
+#include "hal/support/crc32.h"
 
 #define RATIO_MAX INT64_C(1000000000)
 #define NS_MAX    (INT64_C(3600) * 1000000000)

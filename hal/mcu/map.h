@@ -1,11 +1,11 @@
-/* firmware/mcu/map.h - a register map (hal/modbus/map.h) as a row of values, so
+/* hal/mcu/map.h - a register map (hal/modbus/map.h) as a row of values, so
  * that it can be sent in pieces.
  *
  * Names, title and alarm texts are left out: a board has nobody to read them.
  * The order of the values is that of mcu_map_section in map.c; docs/MCU.md has
  * it. */
-#ifndef FIRMWARE_MCU_MAP_H
-#define FIRMWARE_MCU_MAP_H
+#ifndef HAL_MCU_MAP_H
+#define HAL_MCU_MAP_H
 
 #include "hal/modbus/map.h"
 

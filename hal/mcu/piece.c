@@ -1,8 +1,31 @@
-/* firmware/mcu/piece.c - see piece.h. */
-#include "firmware/mcu/piece.h"
+/* hal/mcu/piece.c - see piece.h. */
+#include "hal/mcu/piece.h"
 
-#include "firmware/host/base/crc32.h"
-#include "firmware/mcu/map.h"
+#include <stddef.h>
+
+#include "hal/mcu/map.h"
+#include "hal/support/crc32.h"
+
+static const struct {
+    uint8_t exception;
+    const char *text;
+} piece_row[] = {
+#define PIECE_ROW(name, value, exception, text) [value] = { exception, text },
+    MCU_PIECE_LIST(PIECE_ROW)
+#undef PIECE_ROW
+};
+
+uint8_t mcu_piece_exception(enum mcu_piece_result result)
+{
+    return piece_row[result].exception;
+}
+
+const char *mcu_piece_text(enum mcu_piece_result result)
+{
+    return (unsigned)result < sizeof piece_row / sizeof piece_row[0]
+               ? piece_row[result].text
+               : "unknown";
+}
 
 uint16_t *mcu_words_put(uint16_t *to, uint64_t value, unsigned words)
 {
@@ -78,12 +101,11 @@ unsigned mcu_piece_put_setup(uint16_t piece[MCU_PIECE_MAX], uint32_t setup_id,
                              unsigned axis, unsigned axis_count,
                              const struct mcu_setup *setup, uint32_t drive_crc)
 {
-    const struct controller_axis_config *own = &setup->axis;
     const int64_t value[] = {
-        own->pos_min_q32,    own->pos_max_q32,    own->limit.vel_q32,
-        own->limit.acc_q32,  own->limit.jerk_q32, own->stop.vel_q32,
-        own->stop.acc_q32,   own->stop.jerk_q32,  own->following_floor_q32,
-        own->following_k_ns, setup->pos_q32,      drive_crc,
+        setup->pos_min_q32,    setup->pos_max_q32,   setup->vel_q32,
+        setup->acc_q32,        setup->jerk_q32,      setup->stop_vel_q32,
+        setup->stop_acc_q32,   setup->stop_jerk_q32, setup->following_floor_q32,
+        setup->following_k_ns, setup->pos_q32,       drive_crc,
     };
     uint16_t *to =
         piece_begin(piece, MCU_PIECE_SETUP, axis, setup_id, axis_count);
@@ -98,12 +120,16 @@ uint32_t mcu_piece_get_setup(const uint16_t *content, struct mcu_setup *setup)
 
     piece_get_i64(content, value, MCU_PIECE_SETUP_WORDS / 4);
     *setup = (struct mcu_setup){
-        .axis = { .pos_min_q32 = value[0],
-                  .pos_max_q32 = value[1],
-                  .limit = { value[2], value[3], value[4] },
-                  .stop = { value[5], value[6], value[7] },
-                  .following_floor_q32 = value[8],
-                  .following_k_ns = value[9] },
+        .pos_min_q32 = value[0],
+        .pos_max_q32 = value[1],
+        .vel_q32 = value[2],
+        .acc_q32 = value[3],
+        .jerk_q32 = value[4],
+        .stop_vel_q32 = value[5],
+        .stop_acc_q32 = value[6],
+        .stop_jerk_q32 = value[7],
+        .following_floor_q32 = value[8],
+        .following_k_ns = value[9],
         .pos_q32 = value[10],
     };
     return (uint32_t)value[11];
@@ -194,6 +220,41 @@ bool mcu_piece_get_drive(const uint16_t *content, unsigned words,
         servo->parameter[i].value = value[at++];
     }
     return true;
+}
+
+static void piece_widen(struct motion_extreme *all,
+                        const struct motion_extreme *one)
+{
+    if (one->min < all->min) {
+        all->min = one->min;
+        all->min_ns_q12 = one->min_ns_q12;
+    }
+    if (one->max > all->max) {
+        all->max = one->max;
+        all->max_ns_q12 = one->max_ns_q12;
+    }
+}
+
+void mcu_head_of(const struct motion_track *track, struct mcu_head *head)
+{
+    *head = (struct mcu_head){ .end_ns_q12 = track->end_ns_q12,
+                               .end = track->end,
+                               .end_frac = track->end_frac,
+                               .outline.count = track->count };
+    if (track->outline != NULL) {
+        head->outline = *track->outline;
+        return;
+    }
+    for (int i = MOTION_POS; i <= MOTION_JERK && track->count > 0; i++)
+        head->outline.extreme[i] =
+            (struct motion_extreme){ .min = INT64_MAX, .max = INT64_MIN };
+    for (uint32_t i = 0; i < track->count; i++) {
+        struct motion_extreme one[MOTION_JERK + 1];
+
+        motion_segment_extremes(&track->segment[i], one);
+        for (int k = MOTION_POS; k <= MOTION_JERK; k++)
+            piece_widen(&head->outline.extreme[k], &one[k]);
+    }
 }
 
 unsigned mcu_piece_put_head(uint16_t piece[MCU_PIECE_MAX], uint32_t move_id,

@@ -1,5 +1,5 @@
-/* tests/firmware/host/base/test_crc32.c - the checksum of files. */
-#include "firmware/host/base/crc32.h"
+/* tests/hal/support/test_crc32.c - the checksum of files. */
+#include "hal/support/crc32.h"
 
 #include "tests/support/check.h"
 

@@ -1,7 +1,7 @@
-/* firmware/host/base/crc32.h - the checksum of files: CRC-32 of IEEE 802.3
+/* hal/support/crc32.h - the checksum of files: CRC-32 of IEEE 802.3
  * (polynomial 0x04C11DB7, reflected, all ones before and inverted after). */
-#ifndef FIRMWARE_HOST_BASE_CRC32_H
-#define FIRMWARE_HOST_BASE_CRC32_H
+#ifndef HAL_SUPPORT_CRC32_H
+#define HAL_SUPPORT_CRC32_H
 
 #include <stddef.h>
 #include <stdint.h>

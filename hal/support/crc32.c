@@ -1,5 +1,5 @@
-/* firmware/host/base/crc32.c - see crc32.h. */
-#include "firmware/host/base/crc32.h"
+/* hal/support/crc32.c - see crc32.h. */
+#include "hal/support/crc32.h"
 
 /* Four bits at a time: remainders of the 16 nibbles. */
 static const uint32_t crc32_nibble[16] = {
