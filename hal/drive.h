@@ -149,6 +149,35 @@ struct hal_drive_feedback {
 };
 
 struct hal_drive;
+struct motion_track;
+
+enum hal_drive_track {
+    HAL_DRIVE_TRACK_NONE, /* nothing is loaded */
+    HAL_DRIVE_TRACK_LOADING,
+    HAL_DRIVE_TRACK_LOADED,  /* as much as it takes to begin */
+    HAL_DRIVE_TRACK_WAITING, /* for the time that start has said */
+    HAL_DRIVE_TRACK_PLAYING, /* has begun at that time */
+};
+
+/* Of a drive that samples whole tracks by itself, on a clock of its own.  It is
+ * given set points all the same, which say where its axis should be by ours,
+ * and of which it sends none; its feedback is judged by them.  After a stop it
+ * is in a mode of its own until it stands. */
+struct hal_drive_tracks {
+    /* For the next start; NULL: stands.  Outlives being played.
+     * MOTION_E_STATE unless ENABLED and standing; MOTION_E_ARG of a window
+     * (motion/core/track.h).  Looks at the whole track, not for the tick. */
+    int (*load)(struct hal_drive *drive, const struct motion_track *track);
+    enum hal_drive_track (*state)(struct hal_drive *drive);
+    /* How far ahead start is to be told: whole ticks of the loop. */
+    int64_t (*lead_ns)(struct hal_drive *drive);
+    /* Path time 0 is at start_ns, on the time of begin(); from there on it runs
+     * at rate_q30.  Not begun then, it does not begin at all.  MOTION_E_STATE
+     * unless LOADED. */
+    int (*start)(struct hal_drive *drive, int64_t start_ns, int64_t rate_q30);
+    /* Along its path to rest; what is loaded is forgotten. */
+    void (*stop)(struct hal_drive *drive);
+};
 
 struct hal_drive_ops {
     void (*request)(struct hal_drive *drive, enum hal_drive_request request);
@@ -187,6 +216,7 @@ struct hal_drive_ops {
     /* Waits for the next such change, and forgets the one before.
      * MOTION_E_STATE while OFFLINE. */
     int (*probe)(struct hal_drive *drive, enum hal_drive_probe probe);
+    const struct hal_drive_tracks *tracks;
 };
 
 struct hal_drive {

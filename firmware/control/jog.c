@@ -153,6 +153,9 @@ int controller_jog_run(struct controller *controller,
 int controller_jog(struct controller *controller, struct controller_jog *jog,
                    const struct controller_jog_goal *goal)
 {
+    if (goal->axis < controller->config.axis_count &&
+        controller->axis[goal->axis].drive->ops->tracks != NULL)
+        return MOTION_E_ARG; /* it would have to be planned anew on its way */
     return controller->homing ? MOTION_E_STATE
                               : controller_jog_run(controller, jog, goal);
 }

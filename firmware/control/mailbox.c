@@ -80,14 +80,14 @@ static int mailbox_start(struct playback *playback, struct mailbox_entry *entry)
 static int mailbox_hold(struct playback *playback, struct mailbox_entry *entry)
 {
     (void)entry;
-    return controller_hold(playback->controller);
+    return playback_hold(playback);
 }
 
 static int mailbox_resume(struct playback *playback,
                           struct mailbox_entry *entry)
 {
     (void)entry;
-    return controller_resume(playback->controller);
+    return playback_resume(playback);
 }
 
 static int mailbox_reverse(struct playback *playback,
@@ -115,7 +115,7 @@ static int mailbox_ping_pong(struct playback *playback,
 static int mailbox_override(struct playback *playback,
                             struct mailbox_entry *entry)
 {
-    return controller_override(playback->controller, entry->value);
+    return playback_override(playback, entry->value);
 }
 
 static int mailbox_jog(struct playback *playback, struct mailbox_entry *entry)
@@ -140,7 +140,7 @@ static int mailbox_capture(struct playback *playback,
 static int mailbox_couple(struct playback *playback,
                           struct mailbox_entry *entry)
 {
-    return controller_couple(playback->controller, entry->axis, entry->cam);
+    return playback_couple(playback, entry->axis, entry->cam);
 }
 
 static int mailbox_uncouple(struct playback *playback,

@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "firmware/control/arm.h"
 #include "firmware/control/parts.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -160,7 +161,7 @@ static int playback_approach(struct playback *playback)
         track[i] = &playback->axis[i].approach;
         playback_give_goal(playback, i);
     }
-    return controller_start(playback->controller, track, NULL);
+    return playback_arm_start(playback, track);
 }
 
 /* --- playing it --- */
@@ -190,7 +191,7 @@ static int playback_cue(struct playback *playback, bool is_reversed)
     if (is_reversed)
         err = controller_reverse(playback->controller, true);
     if (err == MOTION_OK && playback->then == PLAYBACK_PLAY)
-        err = controller_resume(playback->controller);
+        err = playback_resume(playback);
     if (err < 0)
         controller_halt(playback->controller);
     return err;
@@ -214,7 +215,8 @@ static bool playback_has(const struct playback *playback, int64_t at_ns_q12)
 {
     for (unsigned i = 0; i < playback->controller->config.axis_count; i++) {
         const struct motion_track *track = playback->axis[i].track;
-        if (track != NULL && track->outline != NULL && at_ns_q12 != 0)
+        if (track != NULL && at_ns_q12 != 0 &&
+            (track->outline != NULL || playback_samples(playback, i)))
             return false;
     }
     return at_ns_q12 >= 0 && at_ns_q12 <= playback->end_ns_q12;
@@ -269,7 +271,8 @@ int playback_begin(struct playback *playback, int64_t at_ns_q12,
 
 int playback_reverse(struct playback *playback, bool is_reversed)
 {
-    return playback->state == PLAYBACK_PLAYING
+    return playback->state == PLAYBACK_PLAYING &&
+                   !playback_any_samples(playback)
                ? controller_reverse(playback->controller, is_reversed)
                : MOTION_E_STATE;
 }
@@ -287,7 +290,8 @@ int playback_repeat(struct playback *playback, int64_t times, bool is_ping_pong)
         const struct motion_track *track = playback->axis[i].track;
         if (track != NULL &&
             (track->outline != NULL ||
-             (is_ping_pong && controller->config.axis[i].by_goals)))
+             (is_ping_pong && (controller->config.axis[i].by_goals ||
+                               playback_samples(playback, i)))))
             return MOTION_E_ARG;
     }
     playback->times = times;
@@ -333,7 +337,7 @@ static int playback_ready(struct playback *playback)
 void playback_step(struct playback *playback)
 {
     const struct controller *controller = playback->controller;
-    if (playback->state == PLAYBACK_IDLE)
+    if (playback_arm_step(playback) || playback->state == PLAYBACK_IDLE)
         return;
     if (controller->stops != playback->stops ||
         controller->state == CONTROLLER_OFF ||

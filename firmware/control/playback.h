@@ -18,7 +18,12 @@
  * a ping-pong always, else where all axes end where they start.  Moves begin
  * and end at rest (the plan's check), so there is nothing to slow down for.
  *
- * A stop, a fault, or torque off at any time: IDLE. */
+ * A stop, a fault, or torque off at any time: IDLE.
+ *
+ * Drives that sample tracks by themselves (hal/drive.h) are given theirs before
+ * each motion: the controller is cued and held meanwhile (arm.c), and all begin
+ * at one time.  Such a motion has the speed that it began with: it is neither
+ * held, which stops it, nor reversed, nor begun in its middle. */
 #ifndef FIRMWARE_CONTROL_PLAYBACK_H
 #define FIRMWARE_CONTROL_PLAYBACK_H
 
@@ -42,6 +47,14 @@ enum playback_then {
     PLAYBACK_PLAY,
 };
 
+/* Of a motion that drives are to sample by themselves. */
+enum playback_arm {
+    PLAYBACK_UNARMED, /* or there is no such drive in it */
+    PLAYBACK_LOADING,
+    PLAYBACK_WAITING, /* for start_ns */
+    PLAYBACK_RUNNING,
+};
+
 /* Of each axis of the controller. */
 struct playback_axis {
     /* what is loaded; NULL: stands still */
@@ -52,6 +65,7 @@ struct playback_axis {
     struct motion_segment storage[PLAYBACK_SEGMENTS];
     struct motion_track approach;
     struct controller_goal approach_goal;
+    bool is_armed; /* its drive has the track */
 };
 
 struct playback {
@@ -69,6 +83,8 @@ struct playback {
     int64_t times;  /* to be played, 0: until a stop */
     int64_t played; /* to the end, since the start */
     int err;        /* why the last one could not begin; MOTION_OK */
+    enum playback_arm arm;
+    int64_t arm_ns, start_ns; /* since when; path time 0 of what is armed */
 };
 
 /* `axis`: one per axis of the controller; NULL: nothing can be loaded.  What is
@@ -87,7 +103,8 @@ void playback_set_goals(struct playback *playback, unsigned index,
 
 /* In READY, or HOLDING at rest (MOTION_E_STATE): the axes go to where the move is
  * at a time of its own.  MOTION_E_EMPTY: nothing is loaded; MOTION_E_ARG: a time
- * outside the move, or in a window one that is not 0; MOTION_E_LIMIT: a place
+ * outside the move, or in a window, or where a drive samples by itself, one that
+ * is not 0; MOTION_E_LIMIT: a place
  * outside the range of an axis; or what controller_start says. */
 int playback_go(struct playback *playback, int64_t at_ns_q12,
                 enum playback_then then);
@@ -95,19 +112,34 @@ int playback_go(struct playback *playback, int64_t at_ns_q12,
 int playback_begin(struct playback *playback, int64_t at_ns_q12,
                    enum playback_then then);
 
+/* controller_hold and controller_resume; of a motion that drives sample by
+ * themselves a stop, and MOTION_E_STATE but where it has not begun. */
+int playback_hold(struct playback *playback);
+int playback_resume(struct playback *playback);
+/* controller_override; MOTION_E_STATE while drives sample by themselves. */
+int playback_override(struct playback *playback, int64_t rate_q30);
+/* Are drives being given what they are to sample? */
+bool playback_is_arming(const struct playback *playback);
+
 /* controller_reverse, of the move. */
 int playback_reverse(struct playback *playback, bool is_reversed);
 
 /* How often the move is played, the present time included; 0: until a stop.
  * MOTION_E_ARG below 0, or where it is loaded and cannot be played more than
- * once: a window; in a ping-pong an axis that goes to goals. */
+ * once: a window; in a ping-pong an axis that goes to goals, or whose drive
+ * samples by itself. */
 int playback_repeat(struct playback *playback, int64_t times,
                     bool is_ping_pong);
 
 /* As controller_jog, for `for_ns` after the last tick, 1 .. PLAYBACK_JOG_MAX_NS
- * (MOTION_E_ARG), however long the way is: a client that is gone has let go. */
+ * (MOTION_E_ARG; also where its drive samples by itself), however long the way is: a client that is gone has let go. */
 int playback_jog(struct playback *playback, unsigned axis, int64_t pos_q32,
                  int64_t vel_q32, int64_t for_ns);
+
+/* controller_couple; MOTION_E_ARG also where the drive of either axis samples by
+ * itself. */
+int playback_couple(struct playback *playback, unsigned axis,
+                    const struct controller_cam *cam);
 
 /* A key: where the axes stand, one place per axis, and the path time, 0 where no
  * move is held.  Without torque it is where they were pushed to.

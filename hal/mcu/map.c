@@ -106,7 +106,8 @@ static const struct map_section map_section[] = {
             MODBUS_MAP_STEPS_MAX, SIZE(sequence[0].step[0]), map_step),
 };
 
-/* The place of a value, and the offset of the place. */
+/* The place of a value, and the offset of the place.  A PC looks on its tick,
+ * which does not divide. */
 static const struct map_place *map_find(unsigned index, size_t *offset)
 {
     for (unsigned i = 0; i < sizeof map_section / sizeof map_section[0]; i++) {
@@ -115,12 +116,15 @@ static const struct map_place *map_find(unsigned index, size_t *offset)
         const unsigned all = section->outer * row;
 
         if (index < all) {
-            const struct map_place *place =
-                &section->place[index % section->count];
-            *offset = section->offset + index / row * section->outer_step +
-                      index % row / section->count * section->inner_step +
-                      place->offset;
-            return place;
+            unsigned outer = 0, inner = 0;
+            for (; index >= row; index -= row)
+                outer++;
+            for (; index >= section->count; index -= section->count)
+                inner++;
+            *offset = (size_t)section->offset + outer * section->outer_step +
+                      inner * section->inner_step +
+                      section->place[index].offset;
+            return &section->place[index];
         }
         index -= all;
     }

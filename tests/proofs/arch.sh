@@ -91,6 +91,8 @@ for folder in firmware/host/kind/*/ firmware/linux/kind/*/; do
     kind=$(basename "$folder")
     rooms="$known|(host|linux)/kind/($kind|turn)"
     below='(hal|sim|motion)/.*' headers=any
+    # A simulated board is the program of the real one.
+    [ "$folder" = firmware/linux/kind/slew_mcu/ ] && below="$below|firmware/mcu/[^/]*"
     case $folder in
     firmware/host/*)
         rooms="host/(base|yaml|device|rig|kind/($kind|turn))"

@@ -243,6 +243,17 @@ static int player_start_move(struct player *player)
     controller_override(controller, player->config.override_q30);
     const int err = playback_begin(&player->machine->playback,
                                    player->config.from_ns_q12, PLAYBACK_PLAY);
+    player->is_arming = err == MOTION_OK;
+    return err;
+}
+
+/* Once drives that sample by themselves have what they need. */
+static int player_begin_move(struct player *player)
+{
+    const int err = player->machine->playback.err;
+    if (playback_is_arming(&player->machine->playback))
+        return MOTION_OK;
+    player->is_arming = false;
     if (err < 0)
         return err;
     machine_trigger_go(player->machine);
@@ -309,7 +320,10 @@ static int player_rest(struct player *player)
         player->machine->start.t0_ns != start_ns)
         machine_trigger_arm(player->machine, player->job->shots, start_ns,
                             player->config.override_q30);
-    return player->now_ns >= start_ns ? player_start_move(player) : MOTION_OK;
+    if (player->now_ns < start_ns)
+        return MOTION_OK;
+    const int err = player_start_move(player);
+    return err < 0 ? err : player_begin_move(player);
 }
 
 static void player_cannot(struct player *player, const char *what, int err)
@@ -324,7 +338,9 @@ static void player_approach(struct player *player)
 {
     const struct controller *controller = &player->machine->controller;
     int err = MOTION_OK;
-    if (!player->approaching)
+    if (player->is_arming)
+        err = player_begin_move(player);
+    else if (!player->approaching)
         err = player_start_approach(player);
     else if (controller->state == CONTROLLER_MOVING)
         player->phase_ns = player->now_ns; /* the rest begins after it */
@@ -343,14 +359,14 @@ static void player_script(struct player *player)
         return;
     if (!player->held && controller->rate.s_ns_q12 / MOTION_FIXED_NS_Q12 >=
                              player->config.hold_at_ns)
-        player->held = controller_hold(controller) == MOTION_OK;
+        player->held = playback_hold(&player->machine->playback) == MOTION_OK;
     if (controller->state != CONTROLLER_HOLDING ||
         controller->rate.rate_q30 != 0)
         return;
     if (player->standing_ns < 0)
         player->standing_ns = player->now_ns;
     if (player->now_ns - player->standing_ns >= player->config.resume_after_ns)
-        controller_resume(controller);
+        (void)playback_resume(&player->machine->playback);
 }
 
 static void player_measure_load(struct player *player)

@@ -93,7 +93,7 @@ struct player {
     int64_t standing_ns;      /* since when a hold stands; -1: it does not */
     enum telemetry_phase phase;
     enum report_end end;
-    bool ended, approaching, held, quick;
+    bool ended, approaching, is_arming, held, quick;
     bool stopped;       /* the operator has asked for a stop by a key */
     bool enough;        /* the operator has interrupted */
     _Atomic bool waits; /* for a lost drive, and for nothing else */

@@ -1,0 +1,292 @@
+/* hal/drive/slew_mcu/tracks.c - a move goes to the board: loaded, started in a
+ * tick of its own clock, sent on while it is played, stopped. */
+#include "hal/drive/slew_mcu/parts.h"
+
+#include "hal/support/container_of.h"
+#include "motion/core/fixed.h"
+
+#define TRACKS_BEGIN_NS INT64_C(1000000000)
+#define TRACKS_ONE_Q30  (INT64_C(1) << 30)
+
+/* A cookie: the axis, and how many segments; none: its head. */
+#define TRACKS_COUNT_SHIFT 8
+
+static struct drive_slew_mcu *tracks_of(struct hal_drive *drive)
+{
+    return CONTAINER_OF(drive, struct drive_slew_mcu, drive);
+}
+
+void drive_slew_mcu_move_forget(struct drive_slew_mcu_board *board)
+{
+    board->track = HAL_DRIVE_TRACK_NONE;
+    for (unsigned i = 0; i < board->axis_count; i++)
+        board->axis[i]->track = NULL;
+}
+
+/* --- what is asked for --- */
+
+/* All axes stand where they are, until one is told otherwise. */
+static void tracks_anew(struct drive_slew_mcu_board *board)
+{
+    drive_slew_mcu_move_forget(board);
+    for (unsigned i = 0; i < board->axis_count; i++) {
+        struct drive_slew_mcu *axis = board->axis[i];
+
+        axis->head = (struct mcu_head){ .end_ns_q12 = 0 };
+        axis->head.end.pos_q32 =
+            (int64_t)mcu_words_get(axis->word + MCU_AXIS_TARGET, 4);
+        axis->sent = axis->room = 0;
+    }
+    board->move_id++;
+    if (board->move_id == 0)
+        board->move_id = 1;
+    board->heads = 0;
+    board->is_fresh = true;
+}
+
+static int tracks_load(struct hal_drive *drive,
+                       const struct motion_track *track)
+{
+    struct drive_slew_mcu *self = tracks_of(drive);
+    struct drive_slew_mcu_board *board = self->board;
+
+    if (track != NULL && track->outline != NULL)
+        return MOTION_E_ARG;
+    if (board->phase != DRIVE_SLEW_MCU_RUN || board->stops ||
+        drive_slew_mcu_state(board) != BOARD_READY)
+        return MOTION_E_STATE;
+    if (!board->is_fresh)
+        tracks_anew(board);
+    self->track = track;
+    if (track != NULL)
+        mcu_head_of(track, &self->head);
+    board->track = HAL_DRIVE_TRACK_LOADING;
+    return MOTION_OK;
+}
+
+static enum hal_drive_track tracks_state(struct hal_drive *drive)
+{
+    const struct drive_slew_mcu_board *board = tracks_of(drive)->board;
+
+    return board->track == HAL_DRIVE_TRACK_WAITING &&
+                   (!board->is_told || board->command.sequence != 0)
+               ? HAL_DRIVE_TRACK_LOADED /* it has not said that it will */
+               : board->track;
+}
+
+static int64_t tracks_lead_ns(struct hal_drive *drive)
+{
+    return tracks_of(drive)->config.lead_ns;
+}
+
+static int tracks_start(struct hal_drive *drive, int64_t start_ns,
+                        int64_t rate_q30)
+{
+    struct drive_slew_mcu_board *board = tracks_of(drive)->board;
+    int64_t ticks;
+
+    if (board->track == HAL_DRIVE_TRACK_WAITING &&
+        board->start_ns == start_ns && board->rate_q30 == rate_q30)
+        return MOTION_OK; /* said by another axis of it */
+    if (board->track != HAL_DRIVE_TRACK_LOADED)
+        return MOTION_E_STATE;
+    /* its first set point, in the tick of a start, is a tick after path time
+     * 0 */
+    if (motion_fixed_muldiv(drive_slew_mcu_time_ns(board, start_ns), 1,
+                            board->period_ns, &ticks) < 0)
+        return MOTION_E_RANGE;
+    board->start_at = (uint32_t)(ticks + 1);
+    board->start_ns = start_ns;
+    board->rate_q30 = rate_q30;
+    board->is_told = false;
+    board->track = HAL_DRIVE_TRACK_WAITING;
+    return MOTION_OK;
+}
+
+static void tracks_stop(struct hal_drive *drive)
+{
+    struct drive_slew_mcu_board *board = tracks_of(drive)->board;
+
+    if (board->track == HAL_DRIVE_TRACK_WAITING ||
+        board->track == HAL_DRIVE_TRACK_PLAYING || drive_slew_mcu_moves(board))
+        board->stops = true;
+    drive_slew_mcu_move_forget(board);
+}
+
+const struct hal_drive_tracks drive_slew_mcu_tracks = {
+    .load = tracks_load,
+    .state = tracks_state,
+    .lead_ns = tracks_lead_ns,
+    .start = tracks_start,
+    .stop = tracks_stop,
+};
+
+/* --- pieces --- */
+
+static void tracks_request_segments(struct drive_slew_mcu_board *board,
+                                    struct drive_slew_mcu *axis,
+                                    struct hal_modbus_request *request,
+                                    uint16_t *cookie)
+{
+    uint16_t piece[MCU_PIECE_MAX];
+    uint32_t count;
+
+    count = axis->track->count - axis->sent;
+    if (count > axis->room)
+        count = axis->room;
+    if (count > MCU_PIECE_SEGMENTS)
+        count = MCU_PIECE_SEGMENTS;
+    drive_slew_mcu_write(request, MCU_AT_PIECE, piece,
+                         mcu_piece_put_track(piece, board->move_id,
+                                             axis->config.axis, axis->sent,
+                                             axis->track->segment + axis->sent,
+                                             count));
+    *cookie = (uint16_t)(axis->config.axis | count << TRACKS_COUNT_SHIFT);
+}
+
+/* Which has room, and of whose move the least is there: it is needed first. */
+static struct drive_slew_mcu *
+tracks_behind(const struct drive_slew_mcu_board *board)
+{
+    struct drive_slew_mcu *behind = NULL;
+    int64_t least_ns_q12 = INT64_MAX;
+
+    for (unsigned i = 0; i < board->axis_count; i++) {
+        struct drive_slew_mcu *axis = board->axis[i];
+        const struct motion_track *track = axis->track;
+
+        if (track == NULL || axis->sent >= track->count || axis->room == 0 ||
+            track->segment[axis->sent].start_ns_q12 >= least_ns_q12)
+            continue;
+        least_ns_q12 = track->segment[axis->sent].start_ns_q12;
+        behind = axis;
+    }
+    return behind;
+}
+
+bool drive_slew_mcu_piece_request(struct drive_slew_mcu_board *board,
+                                  struct hal_modbus_request *request,
+                                  uint16_t *cookie)
+{
+    uint16_t piece[MCU_PIECE_MAX];
+    struct drive_slew_mcu *behind;
+
+    if (board->track == HAL_DRIVE_TRACK_NONE || board->is_fresh ||
+        board->stops || board->is_fault)
+        return false;
+    if (board->heads < board->axis_count) {
+        const struct drive_slew_mcu *axis = board->axis[board->heads];
+        drive_slew_mcu_write(request, MCU_AT_PIECE, piece,
+                             mcu_piece_put_head(piece, board->move_id,
+                                                axis->config.axis,
+                                                &axis->head));
+        *cookie = (uint16_t)axis->config.axis;
+        return true;
+    }
+    behind = tracks_behind(board);
+    if (behind != NULL)
+        tracks_request_segments(board, behind, request, cookie);
+    return behind != NULL;
+}
+
+static void tracks_sent(struct drive_slew_mcu *axis, uint32_t count)
+{
+    axis->sent += count;
+    axis->room -= count < axis->room ? count : axis->room;
+}
+
+void drive_slew_mcu_piece_reply(struct drive_slew_mcu_board *board,
+                                uint16_t cookie,
+                                const struct hal_modbus_reply *reply)
+{
+    const unsigned count = cookie >> TRACKS_COUNT_SHIFT;
+    struct drive_slew_mcu *axis =
+        board->axis[cookie & ((1u << TRACKS_COUNT_SHIFT) - 1)];
+
+    if (board->track == HAL_DRIVE_TRACK_NONE || board->is_fresh)
+        return; /* of a move that is not wanted any more */
+    if (reply->err == MOTION_E_REFUSED && reply->exception == 6) {
+        axis->room = 0; /* until it says otherwise */
+    } else if (reply->err == MOTION_E_REFUSED) {
+        drive_slew_mcu_fail(board, "refused a piece of the move: ",
+                            hal_modbus_exception_text(reply->exception));
+    } else if (reply->err == MOTION_OK) {
+        if (count == 0)
+            board->heads++;
+        else
+            tracks_sent(axis, count);
+    }
+}
+
+/* --- commands --- */
+
+bool drive_slew_mcu_move_command(struct drive_slew_mcu_board *board,
+                                 struct drive_slew_mcu_command *command)
+{
+    if (board->stops) {
+        if (drive_slew_mcu_state(board) == BOARD_STOPPING ||
+            (!drive_slew_mcu_moves(board) &&
+             board->state[MCU_STATE_WAITING] == 0))
+            return false;
+        command->command = MCU_COMMAND_STOP;
+        return true;
+    }
+    if (board->track != HAL_DRIVE_TRACK_WAITING || board->is_told)
+        return false;
+    if (board->told_q30 != board->rate_q30) {
+        command->command = MCU_COMMAND_OVERRIDE;
+        command->value = (uint32_t)board->rate_q30;
+        board->told_q30 = board->rate_q30;
+        return true;
+    }
+    command->command = MCU_COMMAND_START;
+    command->value = board->move_id;
+    command->at = board->start_at;
+    command->has_at = true;
+    board->is_told = true;
+    return true;
+}
+
+/* --- what came of it --- */
+
+/* Where its set points are at rest. */
+static bool tracks_are_known(const struct drive_slew_mcu_board *board)
+{
+    for (unsigned i = 0; i < board->axis_count && board->ready_ns != 0; i++)
+        if (board->axis[i]->word_ns <= board->ready_ns)
+            return false;
+    return true;
+}
+
+void drive_slew_mcu_move_look(struct drive_slew_mcu_board *board)
+{
+    const bool moves = drive_slew_mcu_moves(board);
+    const uint32_t id =
+        (uint32_t)mcu_words_get(board->state + MCU_STATE_MOVE_ID, 2);
+    const uint32_t began =
+        (uint32_t)mcu_words_get(board->state + MCU_STATE_BEGAN, 2);
+
+    if (board->stops && !moves && board->state[MCU_STATE_WAITING] == 0 &&
+        board->command.sequence == 0 && tracks_are_known(board))
+        board->stops = false;
+    switch (board->track) {
+    case HAL_DRIVE_TRACK_LOADING:
+        if (!board->is_fresh && board->heads == board->axis_count &&
+            id == board->move_id && board->state[MCU_STATE_READY] == 1)
+            board->track = HAL_DRIVE_TRACK_LOADED;
+        return;
+    case HAL_DRIVE_TRACK_WAITING:
+        if (board->is_told && began == board->start_at)
+            board->track = HAL_DRIVE_TRACK_PLAYING;
+        else if (board->now_ns - board->start_ns > TRACKS_BEGIN_NS)
+            drive_slew_mcu_fail(board, "did not begin in its tick", "");
+        return;
+    case HAL_DRIVE_TRACK_PLAYING:
+        if (!moves && began == board->start_at)
+            drive_slew_mcu_move_forget(board);
+        return;
+    case HAL_DRIVE_TRACK_NONE:
+    case HAL_DRIVE_TRACK_LOADED:
+        return;
+    }
+}

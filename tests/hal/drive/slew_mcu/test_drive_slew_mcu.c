@@ -1,0 +1,475 @@
+/* tests/hal/drive/slew_mcu/test_drive_slew_mcu.c - axes of boards beside axes of
+ * the PC: the driver, the controller and the board's own program on a simulated
+ * line. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "firmware/control/arm.h"
+#include "firmware/linux/kind/slew_mcu/board_sim.h"
+#include "firmware/mcu/virtual_drive.h"
+#include "hal/drive/slew_mcu/drive.h"
+#include "hal/modbus/master.h"
+#include "tests/support/check.h"
+
+#define ONE    (INT64_C(1) << 32)
+#define MS     INT64_C(1000000)
+#define AXES   4 /* 0, 1: of the board; 2: of another; 3: the PC's own */
+#define BOARDS 2
+#define LONG   300 /* segments: more than a board's window holds */
+
+static const struct modbus_rtu_line wire = { .baud = 115200,
+                                             .parity = MODBUS_PARITY_NONE,
+                                             .stop_bits = 1 };
+
+struct bench {
+    struct sim_world world;
+    struct sim_modbus_line line;
+    struct modbus_master master;
+    struct sim_modbus_seat seat;
+    struct modbus_bus bus;
+    struct board_sim board[BOARDS];
+    struct drive_slew_mcu drive[AXES - 1];
+    struct mcu_virtual_drive own;
+    struct controller_axis_config config[AXES];
+    struct controller_axis axis[AXES];
+    struct controller controller;
+    struct playback playback;
+    struct playback_axis playback_axis[AXES];
+    struct motion_segment segment[AXES][LONG];
+    struct motion_track track[AXES];
+    int64_t now_ns;
+    /* of every tick of the move on the PC: its set points */
+    int64_t sent[AXES][20000];
+    unsigned rows;
+    int64_t most_q32; /* following error of the boards' axes */
+};
+static struct bench *bench;
+
+static void tick(void)
+{
+    struct controller *controller = &bench->controller;
+    struct hal_fieldbus_worst worst = { HAL_FIELDBUS_GOOD, 0 };
+    const bool moved = controller->state == CONTROLLER_MOVING;
+
+    bench->now_ns += MS;
+    sim_world_run(&bench->world, bench->now_ns);
+    worst.health = hal_fieldbus_begin(&bench->bus.fieldbus, bench->now_ns);
+    mcu_virtual_drive_begin(&bench->own, bench->now_ns);
+    controller_step(controller, bench->now_ns, worst);
+    if (moved && controller->reaction == CONTROLLER_REACT_NONE &&
+        bench->playback.state == PLAYBACK_PLAYING && bench->rows < 20000) {
+        for (unsigned i = 0; i < AXES; i++)
+            bench->sent[i][bench->rows] = bench->axis[i].target.pos_q32;
+        bench->rows++;
+    }
+    for (unsigned i = 0; i < AXES - 1; i++)
+        if (llabs(bench->axis[i].following_q32) > bench->most_q32)
+            bench->most_q32 = llabs(bench->axis[i].following_q32);
+    playback_step(&bench->playback);
+    hal_fieldbus_end(&bench->bus.fieldbus, bench->now_ns);
+}
+
+static bool comes(enum controller_state state, unsigned ticks)
+{
+    for (unsigned i = 0; i < ticks; i++) {
+        tick();
+        if (bench->controller.state == state)
+            return true;
+    }
+    return false;
+}
+
+static void set_up_axis(unsigned i)
+{
+    bench->config[i] = (struct controller_axis_config){
+        .pos_min_q32 = -1000 * ONE,
+        .pos_max_q32 = 1000 * ONE,
+        .limit = { 400 * ONE, 40000 * ONE, 0 },
+        .stop = { 400 * ONE, 80000 * ONE, 0 },
+        .following_floor_q32 = ONE,
+        .following_k_ns = 20 * MS,
+        .feedback_max_age_ns = 500 * MS,
+    };
+}
+
+static struct drive_slew_mcu_config drive_config(unsigned i)
+{
+    const struct controller_axis_config *own = &bench->config[i];
+
+    return (struct drive_slew_mcu_config){
+        .unit = i < 2 ? 1 : 2,
+        .axis = i < 2 ? i : 0,
+        .setup = { .pos_min_q32 = own->pos_min_q32,
+                   .pos_max_q32 = own->pos_max_q32,
+                   .vel_q32 = own->limit.vel_q32,
+                   .acc_q32 = own->limit.acc_q32,
+                   .stop_vel_q32 = own->stop.vel_q32,
+                   .stop_acc_q32 = own->stop.acc_q32,
+                   .following_floor_q32 = ONE,
+                   .pos_q32 = (int64_t)i * ONE },
+        .watch_ms = 400,
+        .lead_ns = 300 * MS,
+    };
+}
+
+static void set_up(void)
+{
+    const struct modbus_master_config master = { .line = wire,
+                                                 .timeout_ns = 20 * MS };
+    struct controller_config config = { .period_ns = MS, .axis_count = AXES };
+    struct hal_drive *drive[AXES];
+
+    free(bench);
+    bench = calloc(1, sizeof *bench);
+    assert_non_null(bench);
+    bench->now_ns = 1000 * MS;
+    sim_world_init(&bench->world, bench->now_ns);
+    assert_int_equal(sim_modbus_line_init(&bench->line, &bench->world, &wire),
+                     MOTION_OK);
+    assert_int_equal(modbus_master_init(&bench->master, &master), MOTION_OK);
+    assert_int_equal(sim_modbus_seat_init(&bench->seat, &bench->line,
+                                          &bench->master.station),
+                     MOTION_OK);
+    assert_int_equal(modbus_bus_init(&bench->bus, &bench->master.modbus, 2),
+                     MOTION_OK);
+    for (unsigned i = 0; i < BOARDS; i++)
+        assert_int_equal(board_sim_init(&bench->board[i], &bench->world,
+                                        &bench->line, (uint8_t)(i + 1), &wire),
+                         MOTION_OK);
+    for (unsigned i = 0; i < AXES; i++)
+        set_up_axis(i);
+    for (unsigned i = 0; i < AXES - 1; i++) {
+        const struct drive_slew_mcu_config own = drive_config(i);
+        assert_int_equal(drive_slew_mcu_init(&bench->drive[i], &bench->bus,
+                                             i == 1 ? &bench->drive[0] : NULL,
+                                             &own),
+                         MOTION_OK);
+        drive[i] = &bench->drive[i].drive;
+    }
+    mcu_virtual_drive_init(&bench->own, 3 * ONE);
+    drive[AXES - 1] = &bench->own.drive;
+    config.axis = bench->config;
+    assert_int_equal(
+        controller_init(&bench->controller, &config, bench->axis, drive, NULL),
+        MOTION_OK);
+    playback_init(&bench->playback, &bench->controller, NULL,
+                  bench->playback_axis);
+}
+
+/* Axis i goes from `i` units to so many more and back, in `count` segments. */
+static void make_move(unsigned count, int64_t ms)
+{
+    const struct motion_track *track[AXES];
+
+    for (unsigned i = 0; i < AXES; i++) {
+        struct motion_state from = { .pos_q32 = (int64_t)i * ONE };
+        motion_track_init(&bench->track[i], bench->segment[i], LONG,
+                          from.pos_q32);
+        for (unsigned k = 0; k < count; k++) {
+            struct motion_state to = {
+                .pos_q32 = (int64_t)(i + (k + 1 == count ? 0 : k % 7)) * ONE
+            };
+            assert_int_equal(motion_track_append_quintic(
+                                 &bench->track[i], (ms * MS) << 12, &from, &to),
+                             MOTION_OK);
+            from = to;
+        }
+        track[i] = &bench->track[i];
+    }
+    assert_int_equal(playback_load(&bench->playback, track), MOTION_OK);
+}
+
+static void get_ready(void)
+{
+    for (unsigned i = 0; i < 300; i++)
+        tick(); /* they are found */
+    assert_int_equal(controller_enable(&bench->controller), MOTION_OK);
+    assert_true(comes(CONTROLLER_READY, 2000));
+}
+
+/* The log of each board is what the PC sent, tick for tick, to the bit. */
+static void boards_did_the_same(void)
+{
+    for (unsigned i = 0; i < 5; i++)
+        tick(); /* a board's last tick is in its own time */
+    for (unsigned b = 0; b < BOARDS; b++) {
+        const struct mcu_unit *unit = &bench->board[b].unit;
+        const uint32_t first = mcu_log_first(&unit->log);
+        assert_int_equal(unit->log.next, bench->rows);
+        for (uint32_t n = first; n < unit->log.next; n++) {
+            const int64_t *entry = mcu_log_entry(&unit->log, n);
+            for (unsigned i = 0; i < unit->axis_count; i++)
+                if (entry[1 + i] != bench->sent[b == 0 ? i : 2][n])
+                    fail_msg("board %u, tick %u, axis %u", b, n, i);
+        }
+    }
+}
+
+static void a_move_is_the_same_on_boards_and_begins_together(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(20, 200);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 3000));
+    assert_true(comes(CONTROLLER_READY, 5000));
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_int_equal(bench->rows, 4000);
+    boards_did_the_same();
+    /* the first tick of each, on the PC's clock, and the PC's own */
+    for (unsigned b = 0; b < BOARDS; b++) {
+        const struct board_sim *board = &bench->board[b];
+        const int64_t began_ns =
+            board->begin_ns + (int64_t)board->unit.began * BOARD_SIM_TICK;
+        assert_true(llabs(began_ns - bench->playback.start_ns - MS) <= MS);
+    }
+    /* 6 units in 200 ms: 56 units/s at most, a tick is 0.06 units */
+    assert_true(bench->most_q32 < ONE / 4);
+}
+
+static void a_move_longer_than_the_window_streams(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(LONG, 60);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 20000));
+    assert_true(comes(CONTROLLER_READY, 20000));
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_int_equal(bench->rows, 18000);
+    boards_did_the_same();
+}
+
+static void it_is_played_again_from_where_it_is(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(4, 200);
+    assert_int_equal(playback_repeat(&bench->playback, 3, false), MOTION_OK);
+    assert_int_equal(playback_repeat(&bench->playback, 2, true), MOTION_E_ARG);
+    assert_int_equal(playback_go(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    for (unsigned i = 0; i < 10000 && bench->playback.state != PLAYBACK_IDLE;
+         i++)
+        tick();
+    assert_int_equal(bench->playback.played, 3);
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+}
+
+static void an_override_is_the_boards_too(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(10, 200);
+    assert_int_equal(playback_override(&bench->playback, INT64_C(1) << 29),
+                     MOTION_OK);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 3000));
+    tick();
+    assert_int_equal(playback_override(&bench->playback, INT64_C(1) << 30),
+                     MOTION_E_STATE);
+    assert_true(comes(CONTROLLER_READY, 6000));
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_int_equal(bench->rows, 4000);
+    boards_did_the_same();
+}
+
+static bool boards_stand(void)
+{
+    for (unsigned b = 0; b < BOARDS; b++)
+        if (mcu_unit_is_moving(&bench->board[b].unit))
+            return false;
+    return true;
+}
+
+/* Stopped in its middle: all rest, no jump, and the next move begins from where
+ * each axis is. */
+static void a_stop_stops_all_and_they_go_on_from_there(void **state)
+{
+    (void)state;
+    for (unsigned when = 5; when < 1500; when += 211) {
+        set_up();
+        get_ready();
+        make_move(20, 100);
+        assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                         MOTION_OK);
+        assert_true(comes(CONTROLLER_MOVING, 3000));
+        for (unsigned i = 0; i < when; i++)
+            tick();
+        controller_stop(&bench->controller);
+        assert_true(comes(CONTROLLER_READY, 3000));
+        for (unsigned i = 0; i < 300; i++)
+            tick();
+        assert_true(boards_stand());
+        assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+        for (unsigned i = 0; i < 2; i++)
+            assert_int_equal(bench->axis[i].target.pos_q32,
+                             bench->board[0].unit.axis[i].target.pos_q32);
+        bench->rows = 0;
+        assert_int_equal(playback_go(&bench->playback, 0, PLAYBACK_PLAY),
+                         MOTION_OK);
+        for (unsigned i = 0;
+             i < 20000 && bench->playback.state != PLAYBACK_IDLE; i++)
+            tick();
+        assert_int_equal(bench->playback.played, 1);
+        assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+        boards_did_the_same();
+    }
+}
+
+/* At any time of loading and waiting too: nothing begins. */
+static void a_stop_before_the_start_begins_nothing(void **state)
+{
+    (void)state;
+    for (unsigned when = 1; when < 700; when += 67) {
+        set_up();
+        get_ready();
+        make_move(20, 100);
+        assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                         MOTION_OK);
+        for (unsigned i = 0; i < when; i++)
+            tick();
+        if (bench->controller.state == CONTROLLER_MOVING)
+            break;
+        controller_stop(&bench->controller);
+        for (unsigned i = 0; i < 2000; i++) {
+            tick();
+            assert_true(boards_stand());
+        }
+        assert_int_equal(bench->controller.state, CONTROLLER_READY);
+        assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+    }
+}
+
+/* The line is cut: the boards stop by their own watch, the rest along the
+ * path. */
+static void a_line_that_is_cut_stops_everything(void **state)
+{
+    int64_t cut_ns;
+
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(60, 200);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 5000));
+    for (unsigned i = 0; i < 1000; i++)
+        tick();
+    bench->line.cut = true;
+    cut_ns = bench->now_ns;
+    while (bench->controller.fault.fault == CONTROLLER_FAULT_NONE)
+        tick();
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_OFFLINE);
+    assert_string_equal(
+        bench->axis[bench->controller.fault.axis].feedback.fault_text,
+        "the board does not answer");
+    assert_true(bench->now_ns - cut_ns < 400 * MS);
+    assert_int_equal(bench->controller.state, CONTROLLER_STOPPING);
+    while (bench->now_ns - cut_ns < 1000 * MS)
+        tick();
+    assert_int_equal(bench->controller.state, CONTROLLER_FAULT);
+    assert_true(boards_stand());
+    for (unsigned b = 0; b < BOARDS; b++)
+        assert_int_equal(bench->board[b].unit.controller.state, CONTROLLER_OFF);
+    /* and comes back: nothing begins by itself */
+    bench->line.cut = false;
+    for (unsigned i = 0; i < 3000; i++)
+        tick();
+    for (unsigned b = 0; b < BOARDS; b++)
+        assert_int_equal(bench->board[b].unit.controller.state, CONTROLLER_OFF);
+    assert_int_equal(controller_reset(&bench->controller), MOTION_OK);
+    assert_true(comes(CONTROLLER_OFF, 5000));
+    assert_int_equal(controller_enable(&bench->controller), MOTION_OK);
+    assert_true(comes(CONTROLLER_READY, 5000));
+}
+
+/* One board is reset by its watchdog: it is lost, the others stop. */
+static void a_board_that_is_reset_is_lost(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(60, 200);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 5000));
+    for (unsigned i = 0; i < 500; i++)
+        tick();
+    mcu_unit_init(&bench->board[1].unit, &bench->board[1].config);
+    mcu_upload_init(&bench->board[1].upload, &bench->board[1].unit);
+    mcu_registers_init(&bench->board[1].registers, &bench->board[1].unit,
+                       &bench->board[1].upload);
+    bench->board[1].begin_ns = bench->now_ns;
+    bench->board[1].ticks = 0;
+    for (unsigned i = 0; i < 2000; i++)
+        tick();
+    assert_int_equal(bench->controller.state, CONTROLLER_FAULT);
+    assert_int_equal(bench->controller.fault.axis, 2);
+    assert_string_equal(bench->axis[2].feedback.fault_text,
+                        "the board was reset");
+    assert_true(boards_stand());
+}
+
+/* Answers are spoilt and late: a move is what it is, or a named fault; where a
+ * board plays, it plays the move. */
+static void a_bad_line_changes_no_set_point(void **state)
+{
+    struct sim_modbus_faulty faulty[BOARDS];
+
+    (void)state;
+    for (enum sim_modbus_fault fault = SIM_MODBUS_LATE;
+         fault < SIM_MODBUS_FAULTS; fault++) {
+        set_up();
+        for (unsigned b = 0; b < BOARDS; b++) {
+            sim_modbus_faulty_init(&faulty[b], &bench->board[b].slave.station,
+                                   7 + b);
+            bench->board[b].seat.station = &faulty[b].station;
+        }
+        get_ready();
+        for (unsigned b = 0; b < BOARDS; b++) {
+            faulty[b].fault = fault;
+            faulty[b].late_ns = 5 * MS;
+            faulty[b].share_q32 = (UINT64_C(1) << 32) / 50;
+        }
+        make_move(20, 200);
+        assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                         MOTION_OK);
+        for (unsigned i = 0; i < 12000; i++)
+            tick();
+        for (unsigned b = 0; b < BOARDS; b++)
+            assert_true(faulty[b].spoilt > 0);
+        if (bench->controller.fault.fault == CONTROLLER_FAULT_NONE &&
+            bench->playback.err == MOTION_OK) {
+            assert_int_equal(bench->rows, 4000);
+            boards_did_the_same();
+        }
+        assert_true(boards_stand());
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_move_is_the_same_on_boards_and_begins_together),
+        cmocka_unit_test(a_move_longer_than_the_window_streams),
+        cmocka_unit_test(it_is_played_again_from_where_it_is),
+        cmocka_unit_test(an_override_is_the_boards_too),
+        cmocka_unit_test(a_stop_stops_all_and_they_go_on_from_there),
+        cmocka_unit_test(a_stop_before_the_start_begins_nothing),
+        cmocka_unit_test(a_line_that_is_cut_stops_everything),
+        cmocka_unit_test(a_board_that_is_reset_is_lost),
+        cmocka_unit_test(a_bad_line_changes_no_set_point),
+    };
+    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+
+    free(bench);
+    return failed;
+}
