@@ -63,15 +63,18 @@ mcu-portable: $(MCU_OTHER)
 
 MCU_PLAY := $(B)/tests/firmware/mcu/play
 MCU_PACK := $(B)/tests/firmware/mcu/pack
+MCU_LOG  := $(B)/tests/firmware/mcu/log
 MCU_PROCESSORS := m0 m4 rv32
 .PHONY: test-firmware test-processors
 ## the images in QEMU, moved by libmodbus and moving servos: the PC's set points
 test-firmware: $(MCU_BOARDS:%=$(MCU_DIR)/%.elf) $(SLEW) $(MCU_PLAY) \
-    test-processors
+    $(MCU_LOG) test-processors
 	@SLEW=$(SLEW) PLAY=$(MCU_PLAY) IMAGES=$(MCU_DIR) \
 	    tests/firmware/mcu/play.sh
 	@SLEW=$(SLEW) PLAY=$(MCU_PLAY) IMAGES=$(MCU_DIR) \
 	    tests/firmware/mcu/hil.sh
+	@SLEW=$(SLEW) LOG=$(MCU_LOG) IMAGES=$(MCU_DIR) PYTHON=$(PYTHON) \
+	    tests/firmware/mcu/rig.sh
 
 ## every example a board can play on Cortex-M0, M4 and RV32: the PC's set points
 test-processors: $(MCU_PROCESSORS:%=build/qemu/play-%.elf) $(SLEW) $(MCU_PACK)

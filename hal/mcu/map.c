@@ -121,8 +121,8 @@ static const struct map_place *map_find(unsigned index, size_t *offset)
                 outer++;
             for (; index >= section->count; index -= section->count)
                 inner++;
-            *offset = (size_t)section->offset + outer * section->outer_step +
-                      inner * section->inner_step +
+            *offset = section->offset + (size_t)outer * section->outer_step +
+                      (size_t)inner * section->inner_step +
                       section->place[index].offset;
             return &section->place[index];
         }

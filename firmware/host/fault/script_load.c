@@ -88,6 +88,9 @@ static int fault_read_axis(void *reader, const struct yaml_value *value,
         !rig_kinds[axis->kind]->has_heartbeat)
         return yaml_value_refuse(value, "is an axis whose drive has no "
                                         "heartbeat");
+    if (rig_kinds[axis->kind]->samples)
+        return yaml_value_refuse(value, "is an axis of a board, which has no "
+                                        "faults of its own");
     self->entry->of_axis = self->entry->index;
     return 0;
 }

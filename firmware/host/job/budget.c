@@ -117,8 +117,7 @@ static uint32_t budget_pdo_id(const struct rig_axis *axis, uint16_t given,
 {
     if (given != 0)
         return given;
-    return predefined + axis->node_id +
-           (axis->cia402.axis > 0 ? BUDGET_PDO3 : 0);
+    return predefined + axis->node_id + (axis->node_axis > 0 ? BUDGET_PDO3 : 0);
 }
 
 static void budget_add_axis(struct budget *budget, const struct job *job,

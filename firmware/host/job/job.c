@@ -168,6 +168,35 @@ static enum status job_find_axes(struct job *job)
     return STATUS_OK;
 }
 
+const char *job_sampled(const struct job *job)
+{
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        if (rig_kinds[job_rig_axis(job, i)->kind]->samples)
+            return job->move.axis[i].name;
+    return NULL;
+}
+
+/* A board is given whole tracks, and begins when it has what it needs. */
+static enum status job_check_sampled(struct job *job)
+{
+    const char *name = job_sampled(job);
+    char what[2 * PLAN_NAME_MAX + 160];
+    bool has_events = job->move.shoot != NULL && job->move.shoot->steps;
+    for (unsigned i = 0; i < job->rig.line_count; i++)
+        has_events = has_events || job->shots[i].count > 0;
+    if (name == NULL || (job->compiled == NULL && !has_events))
+        return STATUS_OK;
+    snprintf(what, sizeof what,
+             job->compiled != NULL
+                 ? "is a compiled move, and %s is sampled by a board, which is "
+                   "given whole tracks, expected the move file itself"
+                 : "has events or waits for frames, and %s is sampled by a "
+                   "board, which begins when it has been loaded and is not "
+                   "held, expected a move without them",
+             name);
+    return job_fail(job, what);
+}
+
 static enum status job_plan_events(struct job *job)
 {
     struct plan_error error = { .code = MOTION_OK };
@@ -175,7 +204,7 @@ static enum status job_plan_events(struct job *job)
         if (plan_shots_make(&job->move, job->track, &job->outcome, i,
                             &job->shots[i], &error) < 0)
             return job_plan_fail(job, &error);
-    return STATUS_OK;
+    return job_check_sampled(job);
 }
 
 /* Where the clock is to stand all axes do, also those that a shaper makes late. */
@@ -351,7 +380,9 @@ static enum status job_open_compiled(struct job *job, const struct files *files)
     for (unsigned i = 0;
          status == STATUS_OK && i < job->compiled->file.line_count; i++)
         status = job_take_line(job, i);
-    return status == STATUS_OK ? job_take_step(job) : status;
+    if (status == STATUS_OK)
+        status = job_take_step(job);
+    return status == STATUS_OK ? job_check_sampled(job) : status;
 }
 
 static enum status job_open_move(struct job *job, const struct files *files)

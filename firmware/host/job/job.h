@@ -133,6 +133,9 @@ void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
 const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis);
 /* Does its drive go from key to key by its own profile? */
 bool job_runs_by_drive_profile(const struct job *job, unsigned axis);
+/* An axis of the move whose drive is a board, which samples by itself; NULL:
+ * there is none. */
+const char *job_sampled(const struct job *job);
 /* Of the move, by name; -1. */
 int job_axis_index(const struct job *job, const char *name);
 /* The largest |value| of a quantity on a track, and when (may be NULL). */

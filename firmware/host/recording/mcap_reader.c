@@ -3,8 +3,8 @@
 
 #include <string.h>
 
-#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
+#include "hal/support/crc32.h"
 
 /* --- parts of a record --- */
 

@@ -1,10 +1,10 @@
 /* firmware/host/rig/kind.c - see kind.h. */
 #include "firmware/host/rig/rig_parts.h"
 
-#define KIND_ROW(NAME, name) [RIG_##NAME] = &rig_kind_##name,
+#define KIND_ROW(NAME, name, word) [RIG_##NAME] = &rig_kind_##name,
 const struct rig_kind *const rig_kinds[] = { RIG_KIND_LIST(KIND_ROW) };
 
-#define KIND_WORD(NAME, name) [RIG_##NAME] = #name,
+#define KIND_WORD(NAME, name, word) [RIG_##NAME] = word,
 const char *const rig_drive_kinds[] = { RIG_KIND_LIST(KIND_WORD) };
 
 enum rig_drive_kind rig_kind_on(const struct rig_bus *bus)

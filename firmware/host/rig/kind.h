@@ -1,7 +1,7 @@
 /* firmware/host/rig/kind.h - the kinds of drive: one row here, and what is
  * theirs in folders of their own, firmware/host/kind/NAME among them.
  *
- * A row makes RIG_NAME, and in every layer expects a constant table of what the
+ * A row, with the word of a rig file, makes RIG_NAME, and in every layer expects a constant table of what the
  * kind does there: rig_kind_name (here), machine_kind_name, tool_kind_name,
  * verb_kind_name.  docs/DESIGN.md, "To add a kind of drive". */
 #ifndef FIRMWARE_HOST_RIG_KIND_H
@@ -11,15 +11,16 @@
 #include <stdint.h>
 
 #define RIG_KIND_LIST(KIND)                                                    \
-    KIND(CIA402, cia402)                                                       \
-    KIND(MODBUS, modbus)                                                       \
-    KIND(ODRIVE, odrive)                                                       \
-    KIND(MOTEUS, moteus)
+    KIND(CIA402, cia402, "cia402")                                             \
+    KIND(MODBUS, modbus, "modbus")                                             \
+    KIND(ODRIVE, odrive, "odrive")                                             \
+    KIND(MOTEUS, moteus, "moteus")                                             \
+    KIND(SLEW_MCU, slew_mcu, "slew-mcu")
 /* As a sentence has them. */
-#define RIG_KIND_WORDS "cia402, modbus, odrive or moteus"
+#define RIG_KIND_WORDS "cia402, modbus, odrive, moteus or slew-mcu"
 
-#define RIG_KIND_ENUM(NAME, name)  RIG_##NAME,
-#define RIG_KIND_COUNT(NAME, name) +1
+#define RIG_KIND_ENUM(NAME, name, word)  RIG_##NAME,
+#define RIG_KIND_COUNT(NAME, name, word) +1
 enum rig_drive_kind { RIG_KIND_LIST(RIG_KIND_ENUM) };
 #define RIG_DRIVE_KINDS (0 RIG_KIND_LIST(RIG_KIND_COUNT))
 
@@ -56,6 +57,10 @@ struct rig_kind {
     int (*judge_homing)(const struct rig_reader *reader,
                         const struct yaml_value *value,
                         struct homing_config *homing);
+    /* All axes are whole: is it well with axis `index`?  NULL: there is no more
+     * to judge. */
+    int (*judge_rig)(const struct yaml_value *value, const struct rig *rig,
+                     unsigned index);
     const char *cannot_home;     /* "a drive, which ..."; NULL: it can */
     const char *homes_as_set_up; /* so that neither slow nor method is for it:
                                     "a drive, which ..."; NULL: it is told */
@@ -65,6 +70,7 @@ struct rig_kind {
     bool has_inputs;     /* says which of its own switches are pressed */
     bool reports_torque; /* in thousandths of the rated one */
     bool has_map;        /* its registers are described by a file */
+    bool samples;        /* it is a board, which is given whole tracks */
     /* On a CAN bus without CANopen: what axis i has there; returns how many. */
     unsigned (*frames)(const struct rig *rig, unsigned i,
                        struct rig_frame frame[RIG_FRAMES_MAX]);
@@ -74,7 +80,8 @@ struct rig_kind {
                    const struct motion_state *state,
                    double bits[RIG_FRAMES_MAX]);
 };
-#define RIG_KIND_ROW(NAME, name) extern const struct rig_kind rig_kind_##name;
+#define RIG_KIND_ROW(NAME, name, word)                                         \
+    extern const struct rig_kind rig_kind_##name;
 RIG_KIND_LIST(RIG_KIND_ROW)
 /* By enum rig_drive_kind. */
 extern const struct rig_kind *const rig_kinds[RIG_DRIVE_KINDS];

@@ -2,6 +2,14 @@
 #include "firmware/host/rig/modbus_budget.h"
 
 #include "firmware/host/rig/modbus_stream.h"
+#include "hal/mcu/piece.h"
+
+#define BUDGET_BOARD_TIMEOUT_NS INT64_C(100000000)
+
+static bool budget_has_map(const struct rig_axis *axis)
+{
+    return rig_kinds[axis->kind]->has_map;
+}
 
 struct modbus_rtu_line modbus_budget_line(const struct rig *rig, unsigned bus)
 {
@@ -14,12 +22,45 @@ struct modbus_rtu_line modbus_budget_line(const struct rig *rig, unsigned bus)
         return line;
     for (unsigned i = 0; i < rig->axis_count; i++) {
         const struct rig_axis *axis = &rig->axis[i];
-        const int64_t gap_ns = rig->map[axis->map].line.gap_ns;
 
-        if (axis->bus == bus && gap_ns > line.gap_ns)
-            line.gap_ns = gap_ns;
+        if (axis->bus == bus && budget_has_map(axis) &&
+            rig->map[axis->map].line.gap_ns > line.gap_ns)
+            line.gap_ns = rig->map[axis->map].line.gap_ns;
     }
     return line;
+}
+
+static int64_t budget_transaction_ns(const struct modbus_rtu_time *time,
+                                     enum hal_modbus_function function,
+                                     uint16_t count)
+{
+    const struct hal_modbus_request request = { .unit = 1,
+                                                .function = (uint8_t)function,
+                                                .count = count };
+
+    return modbus_rtu_transaction_ns(time, &request);
+}
+
+/* Of an axis on a board: what it says; with the first one of the board what that
+ * says, and a piece of a move between each two of these. */
+static int64_t budget_board_ns(const struct rig *rig, unsigned axis,
+                               const struct modbus_rtu_time *time,
+                               unsigned *transactions)
+{
+    const struct rig_axis *own = &rig->axis[axis];
+    const int64_t piece_ns =
+        budget_transaction_ns(time, HAL_MODBUS_WRITE_MANY, MCU_PIECE_MAX);
+    int64_t sum_ns =
+        budget_transaction_ns(time, HAL_MODBUS_READ, MCU_AXIS_WORDS) + piece_ns;
+
+    *transactions = 2;
+    for (unsigned i = 0; i < axis; i++)
+        if (rig->axis[i].bus == own->bus &&
+            rig->axis[i].node_id == own->node_id)
+            return sum_ns;
+    *transactions = 4;
+    return sum_ns + piece_ns +
+           budget_transaction_ns(time, HAL_MODBUS_READ, MCU_STATE_WORDS);
 }
 
 /* `streamed`: as if it were. */
@@ -36,9 +77,12 @@ static int64_t budget_share_ns(const struct rig *rig, unsigned axis,
     *transactions = 0;
     if (modbus_rtu_time_init(&time, &line) < 0)
         return 0;
-    share_ns = modbus_map_cycle_ns(&rig->map[rig->axis[axis].map], &time,
-                                   streamed || !rig->axis[axis].point_to_point,
-                                   transactions);
+    share_ns =
+        budget_has_map(&rig->axis[axis])
+            ? modbus_map_cycle_ns(&rig->map[rig->axis[axis].map], &time,
+                                  streamed || !rig->axis[axis].point_to_point,
+                                  transactions)
+            : budget_board_ns(rig, axis, &time, transactions);
     return share_ns + *transactions * rts_ns;
 }
 
@@ -86,9 +130,12 @@ int64_t modbus_budget_timeout_ns(const struct rig *rig, unsigned bus)
 
     for (unsigned i = 0; i < rig->axis_count && longest_ns == 0; i++) {
         const struct rig_axis *axis = &rig->axis[i];
+        const int64_t own_ns = budget_has_map(axis)
+                                   ? rig->map[axis->map].timeout_ns
+                                   : BUDGET_BOARD_TIMEOUT_NS;
 
-        if (axis->bus == bus && rig->map[axis->map].timeout_ns > longest_ns)
-            longest_ns = rig->map[axis->map].timeout_ns;
+        if (axis->bus == bus && own_ns > longest_ns)
+            longest_ns = own_ns;
     }
     return longest_ns;
 }
@@ -155,6 +202,13 @@ void modbus_budget_print(const struct rig *rig, unsigned bus, FILE *file)
     for (unsigned i = 0; i < rig->axis_count; i++) {
         if (rig->axis[i].bus != bus)
             continue;
+        if (rig_kinds[rig->axis[i].kind]->samples) {
+            fprintf(file,
+                    "  %s: sampled by its board, unit %u; its place is known "
+                    "every %.1f ms\n",
+                    rig->axis[i].name, rig->axis[i].node_id, cycle_ms);
+            continue;
+        }
         if (rig->axis[i].point_to_point) {
             budget_print_profile(rig, i, cycle_ms, file);
             continue;

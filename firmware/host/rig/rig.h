@@ -132,7 +132,6 @@ struct rig_times {
 
 /* What only a CiA 402 drive has; 0: as hal/drive/cia402/drive.h has it. */
 struct rig_cia402 {
-    uint8_t axis; /* of its node, from 0 */
     struct drive_cia402_pdos pdo;
     enum drive_cia402_stream stream;
     bool stream_given;
@@ -157,6 +156,7 @@ struct rig_axis {
     int64_t following_k_ns;
     uint32_t bus; /* index */
     uint8_t node_id;
+    uint8_t node_axis; /* of its node, from 0 */
     /* counts per unit, num != 0 (negative: reversed), den > 0; both position
      * limits are within +-(2^31 - 1) counts.  Of a drive that counts
      * turns, one is RIG_TURN_COUNTS */
@@ -178,6 +178,11 @@ struct rig_axis {
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
     struct homing_config homing;
+    /* on a board: its servo's unit on the board's own line, 0: a virtual axis;
+     * how long the board may hear nothing */
+    uint8_t servo;
+    bool has_servo_map;
+    int64_t watch_ns;
     char eds[RIG_PATH_MAX]; /* CiA 402: the data sheet; "": none */
     /* what the drive is set to at start-up, one of both by its kind */
     struct drive_cia402_parameter object[RIG_PARAMETERS_MAX];

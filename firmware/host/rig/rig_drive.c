@@ -54,7 +54,7 @@ int rig_refuse_taken(const struct rig_reader *reader,
 
     for (const struct rig_axis *other = rig->axis; other < axis; other++)
         if (other->bus == axis->bus && other->node_id == axis->node_id &&
-            other->cia402.axis == axis->cia402.axis)
+            other->node_axis == axis->node_axis)
             return yaml_value_refuse(value, "%u on bus %s is axis %s already",
                                      axis->node_id, rig->bus[axis->bus].name,
                                      other->name);

@@ -291,6 +291,9 @@ int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
 {
     const struct rig_axis *axis = ((struct rig_reader *)reader)->axis;
     struct homing_config *homing = out;
+    if (rig_homing_drive(reader)->samples)
+        return yaml_value_refuse(value, "is not for an axis of a board, which "
+                                        "stands where its servo says");
     const int64_t usual_q32 = axis->limit.vel_q32 / 4 + 1;
     const bool is_range_wide =
         motion_fixed_sub(axis->limit.pos_max_q32, axis->limit.pos_min_q32,

@@ -76,7 +76,7 @@ const struct yaml_words rig_words[] = {
     { NULL, NULL, 0 },
 };
 
-#define RIG_SHAPE(NAME, name) &rig_##name##_shape,
+#define RIG_SHAPE(NAME, name, word) &rig_##name##_shape,
 const struct yaml_shape *const rig_shapes[] = {
     &rig_shape,
     &rig_bus_shape,
@@ -135,6 +135,9 @@ int rig_load(const struct files *files, const char *path, struct rig *rig,
     err = yaml_fields_read(&whole, &rig_shape, &reader, rig);
     if (err == 0)
         err = rig_check_homing(&whole, rig);
+    for (unsigned i = 0; i < rig->axis_count && err == 0; i++)
+        if (rig_kinds[rig->axis[i].kind]->judge_rig != NULL)
+            err = rig_kinds[rig->axis[i].kind]->judge_rig(&whole, rig, i);
     memory_free(reader.eds);
     yaml_tree_free(&tree);
     return err;

@@ -111,6 +111,21 @@ int rig_read_counts(void *reader, const struct yaml_value *value, void *out);
 int rig_read_modbus_bus(struct rig_reader *reader,
                         const struct yaml_value *value, struct rig_bus *bus);
 
+/* ---- rig_map.c ---- */
+
+/* A unit of its own on the bus; a register map, which is read once however many
+ * have it: its index. */
+int rig_read_unit_number(void *reader, const struct yaml_value *value,
+                         void *out);
+int rig_read_map(void *reader, const struct yaml_value *value, void *out);
+
+/* ---- rig_range.c ---- */
+
+/* Of a whole axis: has its drive room for its positions? */
+int rig_check_modbus_range(const struct yaml_value *value,
+                           const struct modbus_map *map,
+                           const struct rig_axis *axis);
+
 /* ---- rig_drive.c ---- */
 
 /* What the map `value` says after kind:, "" when nothing; its shape depends on
@@ -144,7 +159,7 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_arc_shape, rig_rail_shape, rig_arm_shape, rig_link_shape,
     rig_tool_shape, rig_gantry_shape, rig_jib_shape, rig_head_shape,
     rig_table_shape, rig_lens_shape, rig_payload_shape, rig_quirks_shape;
-#define RIG_KIND_SHAPE(NAME, name)                                             \
+#define RIG_KIND_SHAPE(NAME, name, word)                                       \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)
 

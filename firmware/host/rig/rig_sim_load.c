@@ -88,10 +88,12 @@ const struct yaml_shape rig_sim_load_shape = { "load", rig_sim_load_fields,
 
 int rig_read_sim_load(void *reader, const struct yaml_value *value, void *out)
 {
-    const struct plan_limit *limit =
-        &((struct rig_reader *)reader)->axis->limit;
+    const struct rig_reader *self = reader;
+    const struct plan_limit *limit = &self->axis->limit;
     struct rig_sim_load *load = out;
 
+    if (rig_kinds[self->axis->kind]->samples)
+        return yaml_value_refuse(value, "is not for an axis of a board");
     *load = (struct rig_sim_load){ .given = true, .damping = 0.02 };
     if (yaml_fields_read(value, &rig_sim_load_shape, reader, load) < 0)
         return -1;

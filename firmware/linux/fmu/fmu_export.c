@@ -11,11 +11,11 @@
 #include <unistd.h>
 #include <zip.h>
 
-#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/library/version.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/fmu/fmu_description.h"
+#include "hal/support/crc32.h"
 
 #define FILE_MAX (64 << 20)   /* bytes of one */
 #define DATE     (1 << 5 | 1) /* 1980-01-01, the first that zip has */

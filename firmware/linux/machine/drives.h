@@ -8,6 +8,7 @@
 #include "hal/drive/modbus/drive.h"
 #include "hal/drive/moteus/drive.h"
 #include "hal/drive/odrive/drive.h"
+#include "hal/drive/slew_mcu/drive.h"
 #include "sim/device/cia402/servo.h"
 #include "sim/device/modbus/servo.h"
 #include "sim/device/moteus/servo.h"
@@ -18,13 +19,17 @@ union machine_drive {
     struct drive_modbus modbus;
     struct drive_odrive odrive;
     struct drive_moteus moteus;
+    struct drive_slew_mcu slew_mcu;
 };
+
+struct board_sim; /* its kind's */
 
 union machine_sim_drive {
     struct sim_cia402 cia402;
     struct sim_modbus_servo modbus;
     struct sim_odrive odrive;
     struct sim_moteus moteus;
+    struct board_sim *slew_mcu; /* of all axes of the board */
 };
 
 #endif

@@ -5,6 +5,8 @@
 
 #include "firmware/linux/machine/machine_sim.h"
 
+struct modbus_device;
+
 struct machine_kind {
     /* Makes the driver of axis i of the rig, machine->axis[i].  Its errors. */
     int (*init)(struct machine *machine, unsigned i);
@@ -21,9 +23,13 @@ struct machine_kind {
     struct sim_servo *(*sim_servo)(struct machine_sim *sim, unsigned i);
     int64_t sim_loop_ns; /* of that servo; 0: it is on another */
     int64_t (*sim_counts_q24)(const struct machine_sim *sim, unsigned i);
+    /* Makes it where other masters reach it; NULL: it is a servo with a map, or
+     * on CAN. */
+    int (*serve)(struct modbus_device *device, const struct rig *rig,
+                 unsigned i);
 };
 
-#define MACHINE_KIND_ROW(NAME, name)                                           \
+#define MACHINE_KIND_ROW(NAME, name, word)                                     \
     extern const struct machine_kind machine_kind_##name;
 RIG_KIND_LIST(MACHINE_KIND_ROW)
 /* By enum rig_drive_kind. */

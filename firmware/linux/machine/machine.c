@@ -69,7 +69,7 @@ static int machine_init_fieldbus(struct machine *machine, unsigned i)
     return machine_init_line(machine, i);
 }
 
-#define MACHINE_ROW(NAME, name) [RIG_##NAME] = &machine_kind_##name,
+#define MACHINE_ROW(NAME, name, word) [RIG_##NAME] = &machine_kind_##name,
 const struct machine_kind *const machine_kinds[] = { RIG_KIND_LIST(
     MACHINE_ROW) };
 

@@ -8,7 +8,7 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/rig/modbus_budget.h"
-#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/machine/kind.h"
 #include "hal/linux/clock.h"
 
 static int modbus_device_servo(struct modbus_device *device,
@@ -17,7 +17,11 @@ static int modbus_device_servo(struct modbus_device *device,
     struct sim_modbus_servo_config config;
     const struct rig_axis *axis = &rig->axis[i];
     const bool rtu = rig->bus[axis->bus].kind == RIG_MODBUS_RTU;
-    int err = machine_sim_servo_config(rig, i, &config);
+    int err;
+
+    if (machine_kinds[axis->kind]->serve != NULL)
+        return machine_kinds[axis->kind]->serve(device, rig, i);
+    err = machine_sim_servo_config(rig, i, &config);
 
     if (err == MOTION_OK)
         err = sim_modbus_servo_init(&device->servo[i], &device->world,
@@ -117,6 +121,7 @@ void modbus_device_stop(struct modbus_device *device)
     modbus_host_stop(&device->host);
     memory_free(device->servo);
     memory_free(device->mechanics);
+    memory_pool_free(&device->memory);
     device->servo = NULL;
     device->mechanics = NULL;
 }

@@ -6,6 +6,7 @@
 #ifndef FIRMWARE_LINUX_MACHINE_MODBUS_DEVICE_H
 #define FIRMWARE_LINUX_MACHINE_MODBUS_DEVICE_H
 
+#include "firmware/host/base/memory.h"
 #include "firmware/host/rig/rig.h"
 #include "firmware/linux/machine/modbus_host.h"
 #include "sim/device/modbus/servo.h"
@@ -16,6 +17,7 @@ struct modbus_device {
     struct sim_modbus_line line;
     struct sim_modbus_servo *servo; /* one per axis of the rig */
     struct sim_mechanics *mechanics;
+    struct memory_pool memory; /* of what other kinds have */
     struct modbus_host host;
 };
 

@@ -4,7 +4,6 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "hal/support/crc32.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
@@ -13,6 +12,7 @@
 #include "firmware/linux/player/arrivals.h"
 #include "firmware/linux/player/loads.h"
 #include "firmware/linux/player/shots.h"
+#include "hal/support/crc32.h"
 #include "motion/core/fixed.h"
 
 void report_init(struct report *report, const struct job *job)

@@ -14,9 +14,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/error.h"
+#include "hal/support/crc32.h"
 
 #define PLACE_LINE_MAX 1048576
 #define PLACE_PIECE    4096

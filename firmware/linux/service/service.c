@@ -8,7 +8,6 @@
 #include <string.h>
 #include <sys/mman.h>
 
-#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
@@ -18,6 +17,7 @@
 #include "firmware/linux/service/control.h"
 #include "firmware/linux/service/notify.h"
 #include "firmware/linux/service/place.h"
+#include "hal/support/crc32.h"
 #include "motion/core/err.h"
 
 #define SERVICE_STEP_MS 10

@@ -38,7 +38,7 @@ struct tool_kind {
     int (*reset)(struct session *session, struct reset *reset);
 };
 
-#define TOOL_KIND_ROW(NAME, name)                                              \
+#define TOOL_KIND_ROW(NAME, name, word)                                        \
     extern const struct tool_kind tool_kind_##name;
 RIG_KIND_LIST(TOOL_KIND_ROW)
 /* By enum rig_drive_kind. */

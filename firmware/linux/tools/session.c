@@ -50,7 +50,7 @@ static int session_number(const char *text)
     return end == text || *end != '\0' || number > UINT8_MAX ? -1 : (int)number;
 }
 
-#define SESSION_ROW(NAME, name) [RIG_##NAME] = &tool_kind_##name,
+#define SESSION_ROW(NAME, name, word) [RIG_##NAME] = &tool_kind_##name,
 const struct tool_kind *const tool_kinds[] = { RIG_KIND_LIST(SESSION_ROW) };
 
 static int session_unknown_kind(const char *word,
@@ -100,9 +100,9 @@ static int session_who(struct session *session,
 
     if (axis >= 0) {
         *bus = session->rig.axis[axis].bus;
-        session->kind = tool_kinds[rig_kind_on(&session->rig.bus[*bus])];
+        session->kind = tool_kinds[session->rig.axis[axis].kind];
         session->node = session->rig.axis[axis].node_id;
-        session->node_axis = session->rig.axis[axis].cia402.axis;
+        session->node_axis = session->rig.axis[axis].node_axis;
         return 0;
     }
     if (number < 0)
@@ -130,7 +130,7 @@ const struct rig_axis *session_axis_of(const struct session *session,
 
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].node_id == session->node &&
-            rig->axis[i].cia402.axis == node_axis)
+            rig->axis[i].node_axis == node_axis)
             return &rig->axis[i];
     return NULL;
 }

@@ -9,9 +9,9 @@
 #include <unistd.h>
 
 #include "firmware/host/base/array.h"
-#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/disk.h"
+#include "hal/support/crc32.h"
 
 void document_tag(const char *data, size_t length, char tag[DOCUMENT_TAG])
 {

@@ -282,7 +282,7 @@ static bool board_next_request(struct modbus_node *node, int64_t now_ns,
         now_ns < board->retry_ns)
         return false;
     const enum board_job job = board_request(board, request, &about);
-    *cookie = (uint16_t)(job | about << BOARD_AXIS_SHIFT);
+    *cookie = (uint16_t)(job | (unsigned)about << BOARD_AXIS_SHIFT);
     board->is_asked = true;
     return true;
 }

@@ -1,7 +1,7 @@
 /* tests/support/kind/kind.c - see kind.h. */
 #include "tests/support/kind/kind.h"
 
-#define KIND_ROW(NAME, name) [RIG_##NAME] = &kind_test_##name,
+#define KIND_ROW(NAME, name, word) [RIG_##NAME] = &kind_test_##name,
 const struct kind_test *const kind_tests[] = { RIG_KIND_LIST(KIND_ROW) };
 
 const struct sim_plant_config kind_turn_plant = {

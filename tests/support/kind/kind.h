@@ -41,7 +41,7 @@ struct kind_test {
     const struct kind_turn *turn; /* NULL: it does not count turns */
 };
 
-#define KIND_TEST_ROW(NAME, name)                                              \
+#define KIND_TEST_ROW(NAME, name, word)                                        \
     extern const struct kind_test kind_test_##name;
 RIG_KIND_LIST(KIND_TEST_ROW)
 /* By enum rig_drive_kind. */

@@ -13,7 +13,7 @@ static const struct yaml_field rig_cia402_fields[] = {
     { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
       offsetof(struct rig_axis, bus) },
     { "axis", YAML_OPTIONAL, "1 .. 8, where several axes are behind one node",
-      rig_read_cia402_axis, offsetof(struct rig_axis, cia402.axis) },
+      rig_read_cia402_axis, offsetof(struct rig_axis, node_axis) },
     { "node", YAML_REQUIRED, "a node number, 1 .. 127, of its own on the bus",
       rig_read_drive_node, offsetof(struct rig_axis, node_id) },
     { "counts", YAML_REQUIRED,

@@ -74,7 +74,7 @@ static unsigned node_pdo_number(const struct rig_axis *axis)
     const struct rig_cia402 *cia402 = &axis->cia402;
 
     return cia402->pdo.number != 0 ? cia402->pdo.number
-                                   : 1 + 64u * cia402->axis;
+                                   : 1 + 64u * axis->node_axis;
 }
 
 #define NODE_IDS 4

@@ -65,7 +65,7 @@ static uint32_t rig_eds_number(const struct eds *eds, uint8_t sub)
 
 uint16_t rig_axis_object(const struct rig_axis *axis, uint16_t index)
 {
-    return drive_cia402_object_of(axis->cia402.axis, axis->cia402.pdo.number,
+    return drive_cia402_object_of(axis->node_axis, axis->cia402.pdo.number,
                                   index);
 }
 

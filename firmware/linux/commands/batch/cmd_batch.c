@@ -8,7 +8,6 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/library/version.h"
@@ -20,6 +19,7 @@
 #include "firmware/linux/commands/batch/batch_out.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
+#include "hal/support/crc32.h"
 
 #define CMD_BATCH_RUNS      1000 /* when not given */
 #define CMD_BATCH_RUNS_MAX  10000000

@@ -9,7 +9,7 @@
 
 #define ACCESS_VALUES 20
 
-#define ACCESS_ROW(NAME, name) [RIG_##NAME] = &verb_kind_##name,
+#define ACCESS_ROW(NAME, name, word) [RIG_##NAME] = &verb_kind_##name,
 static const struct verb_kind *const access_kinds[] = { RIG_KIND_LIST(
     ACCESS_ROW) };
 

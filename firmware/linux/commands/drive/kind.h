@@ -53,7 +53,7 @@ struct verb_kind {
     enum status (*info)(struct session *session, struct drive_info *info);
 };
 
-#define VERB_KIND_ROW(NAME, name)                                              \
+#define VERB_KIND_ROW(NAME, name, word)                                        \
     extern const struct verb_kind verb_kind_##name;
 RIG_KIND_LIST(VERB_KIND_ROW)
 

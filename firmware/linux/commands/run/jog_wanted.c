@@ -161,6 +161,12 @@ enum status jog_wanted_read(struct jog_wanted *want,
         return STATUS_INPUT;
     want->axis = (unsigned)axis;
     want->rig_axis = &live->rig->axis[axis];
+    if (rig_kinds[want->rig_axis->kind]->samples) {
+        error_say("slew jog: %s is sampled by a board, which is given whole "
+                  "moves, expected an axis that follows set points",
+                  want->rig_axis->name);
+        return STATUS_INPUT;
+    }
     want->dead_man_ns =
         options->dead_man_ns < 0 ? JOG_DEAD_MAN_NS : options->dead_man_ns;
     if (wanted_read(want) < 0 || wanted_speed(want) < 0)

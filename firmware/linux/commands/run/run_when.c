@@ -4,6 +4,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "firmware/host/base/array.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/timecode.h"
 #include "firmware/host/base/wall_time.h"
@@ -306,13 +307,42 @@ static enum status run_when_steps(const struct run_when *self)
     return STATUS_OK;
 }
 
+/* A board begins when it has been loaded, and is not held on its way. */
+static enum status run_when_sampled(const struct run_when *self)
+{
+    const struct options *options = self->options;
+    const struct {
+        const char *option;
+        bool is_given;
+    } rows[] = {
+        { "--from", options->from != NULL },
+        { "--ping-pong", options->ping_pong },
+        { "--hold-at", options->hold_at != NULL },
+        { "--at", options->at != NULL },
+        { "--on-edge", options->on_edge != NULL },
+        { "--follow", options->follow != NULL },
+    };
+    const char *name = job_sampled(self->job);
+    for (size_t i = 0; i < ARRAY_LEN(rows) && name != NULL; i++)
+        if (rows[i].is_given) {
+            error_say("slew run: %s: %s is sampled by a board, which begins "
+                      "when it has been loaded and plays a move from its start "
+                      "to its end, expected a run without it",
+                      rows[i].option, name);
+            return STATUS_INPUT;
+        }
+    return STATUS_OK;
+}
+
 enum status run_when_read(struct run_when *self, const struct options *options,
                           const struct job *job)
 {
     self->options = options;
     self->job = job;
     self->rate_q30 = self->play_q30 = options->override_q30;
-    enum status status = run_when_plays(self);
+    enum status status = run_when_sampled(self);
+    if (status == STATUS_OK)
+        status = run_when_plays(self);
     if (status == STATUS_OK)
         status = run_when_hold(self);
     if (status == STATUS_OK)

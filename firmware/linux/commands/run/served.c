@@ -6,10 +6,10 @@
 #include <sys/stat.h>
 #include <time.h>
 
-#include "hal/support/crc32.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
+#include "hal/support/crc32.h"
 
 #define SERVED_FILE_MAX  1048576
 #define SERVED_OFF_MS    5000  /* until drives confirm it */

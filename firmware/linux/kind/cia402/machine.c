@@ -60,7 +60,6 @@ static void cia402_put_own(struct drive_cia402_config *config,
     config->stream = cia402->stream;
     config->stream_given = cia402->stream_given;
     config->gain_q16 = cia402->gain_q16;
-    config->axis = cia402->axis;
     config->pdo = cia402->pdo;
     config->torque = cia402->torque;
     config->vel_num = cia402->velocity.num;
@@ -101,6 +100,7 @@ static int cia402_init(struct machine *machine, unsigned i)
         .parameter_count = axis->parameter_count,
         .following_error_counts = cia402_following_counts(axis),
         .following_error_ms = cia402_following_ms(rig),
+        .axis = axis->node_axis,
         .inputs = rig_homes_by_drive_input(rig, i),
         .unsupervised = axis->unsupervised,
     };

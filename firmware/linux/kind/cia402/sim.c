@@ -94,7 +94,7 @@ int cia402_sim_init(struct machine_sim *sim, const struct rig *rig, unsigned i)
     const struct rig_axis *axis = &rig->axis[i];
     struct sim_cia402_config config = {
         .node_id = axis->node_id,
-        .axis = axis->cia402.axis,
+        .axis = axis->node_axis,
         .with = cia402_first(sim, rig, axis),
         .loop_ns = CIA402_SIM_LOOP_NS,
         .brake_release_ns = SIM_BRAKE_NS,

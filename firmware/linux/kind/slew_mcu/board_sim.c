@@ -8,15 +8,10 @@
 /* Its oscillator has a phase of its own. */
 #define BOARD_PHASE_NS INT64_C(370000)
 
-static struct board_sim *board_sim_of(const struct sim_member *member)
-{
-    return CONTAINER_OF((struct sim_member *)(uintptr_t)member,
-                        struct board_sim, member);
-}
-
 static int64_t board_sim_due_ns(const struct sim_member *member)
 {
-    const struct board_sim *self = board_sim_of(member);
+    const struct board_sim *self =
+        CONTAINER_OF(member, const struct board_sim, member);
 
     return self->begin_ns + (self->ticks + 1) * BOARD_SIM_TICK;
 }
@@ -24,7 +19,7 @@ static int64_t board_sim_due_ns(const struct sim_member *member)
 /* As the image does: the tick, then what waited for it. */
 static void board_sim_run(struct sim_member *member, int64_t now_ns)
 {
-    struct board_sim *self = board_sim_of(member);
+    struct board_sim *self = CONTAINER_OF(member, struct board_sim, member);
 
     (void)now_ns;
     self->ticks++;
@@ -41,10 +36,9 @@ static const struct sim_member_ops board_sim_ops = {
 
 /* --- the master of its own line, which is there while it has servos --- */
 
-static struct board_sim *board_sim_of_station(const struct modbus_station *of)
+static struct board_sim *board_sim_of_station(struct modbus_station *of)
 {
-    return CONTAINER_OF((struct modbus_station *)(uintptr_t)of,
-                        struct board_sim, station);
+    return CONTAINER_OF(of, struct board_sim, station);
 }
 
 static void board_sim_recv(struct modbus_station *station, const uint8_t *bytes,
@@ -59,7 +53,8 @@ static void board_sim_recv(struct modbus_station *station, const uint8_t *bytes,
 
 static int64_t board_sim_station_due_ns(const struct modbus_station *station)
 {
-    const struct board_sim *self = board_sim_of_station(station);
+    const struct board_sim *self =
+        CONTAINER_OF(station, const struct board_sim, station);
     const struct modbus_station *master = &self->servos.master.station;
     const int64_t due_ns =
         self->servos.is_on ? master->ops->due_ns(master) : MODBUS_STATION_NEVER;

@@ -1,9 +1,9 @@
-/* firmware/host/kind/modbus/range.c - does the range of a Modbus axis fit
+/* firmware/host/rig/rig_range.c - does the range of a Modbus axis fit
  * the registers that its drive has for positions? */
 #include <inttypes.h>
 #include <limits.h>
 
-#include "firmware/host/kind/modbus/parts.h"
+#include "firmware/host/rig/rig_parts.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
