@@ -103,6 +103,7 @@ int sim_model_play(const struct sim_model_run *run, const double value[],
     struct sim_mechanics mechanics;
     int err = model_plant(run, value, &plant);
 
+    mechanics.failed = 0; /* of a rigid load there is nothing that could */
     if (err == MOTION_OK && loaded)
         err = model_load(run, value, &plant, &mechanics);
     if (err < 0)

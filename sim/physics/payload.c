@@ -2,6 +2,7 @@
 #include "sim/physics/payload.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "motion/core/err.h"
 
@@ -95,6 +96,12 @@ static double payload_hanging_momentum(const struct sim_payload *self)
 
 /* ---- a curtain ---- */
 
+/* x, y, z of a node of the cloth. */
+static double *payload_node(double *of, int node)
+{
+    return of + 3 * (ptrdiff_t)node;
+}
+
 static void payload_lay_curtain(struct sim_payload *self, double at)
 {
     const struct sim_payload_config *const config = &self->config;
@@ -103,10 +110,10 @@ static void payload_lay_curtain(struct sim_payload *self, double at)
     for (int c = 0; c < SIM_PAYLOAD_COLUMNS; c++)
         for (int r = 0; r < SIM_PAYLOAD_ROWS; r++) {
             double *const pos =
-                self->particles.pos_m + 3 * (c * SIM_PAYLOAD_ROWS + r);
+                payload_node(self->particles.pos_m, c * SIM_PAYLOAD_ROWS + r);
             const double part = (double)c / (SIM_PAYLOAD_COLUMNS - 1);
             pos[0] = from + (at - from) * part;
-            /* in folds: from a plane it would not know to which side */
+            /* in folds: out of a plane it would have no side to go to */
             pos[1] = 0.1 * config->width_m * sin(9 * part);
             pos[2] = -config->length_m * r / (SIM_PAYLOAD_ROWS - 1);
         }
@@ -190,9 +197,8 @@ static double payload_curtain_force(const struct sim_payload *self)
         if (spring->i != driven && spring->j != driven)
             continue;
         const int other = spring->i == driven ? spring->j : spring->i;
-        const double *const a = cloth->pos_m + 3 * driven, *const b =
-                                                               cloth->pos_m +
-                                                               3 * other;
+        const double *const a = payload_node(cloth->pos_m, driven);
+        const double *const b = payload_node(cloth->pos_m, other);
         const double length =
             hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
         if (length > 0)
@@ -323,8 +329,8 @@ double sim_payload_off_m(const struct sim_payload *self)
     /* how fast its lower edge goes is what is seen of it; in m over the time in
      * which a weight as far down would swing by one radian */
     for (int c = 0; c < SIM_PAYLOAD_COLUMNS; c++) {
-        const double *const vel =
-            self->particles.vel_m_s + 3 * ((c + 1) * SIM_PAYLOAD_ROWS - 1);
+        const double *const vel = payload_node(self->particles.vel_m_s,
+                                               (c + 1) * SIM_PAYLOAD_ROWS - 1);
         sum += hypot(vel[0], vel[1]) / SIM_PAYLOAD_COLUMNS;
     }
     return sum * sqrt(self->config.length_m / GRAVITY);
@@ -348,13 +354,14 @@ unsigned sim_payload_points(const struct sim_payload *self,
                             struct sim_payload_point point[SIM_PAYLOAD_NODES])
 {
     const double half = 0.5 * self->config.length_m;
-    const double *const pos = self->particles.pos_m;
+    double *const pos = self->particles.pos_m;
 
     switch (self->config.kind) {
     case SIM_PAYLOAD_CURTAIN:
-        for (int i = 0; i < SIM_PAYLOAD_NODES; i++)
-            point[i] = (struct sim_payload_point){ pos[3 * i], pos[3 * i + 1],
-                                                   pos[3 * i + 2] };
+        for (int i = 0; i < SIM_PAYLOAD_NODES; i++) {
+            const double *const at = payload_node(pos, i);
+            point[i] = (struct sim_payload_point){ at[0], at[1], at[2] };
+        }
         return SIM_PAYLOAD_NODES;
     case SIM_PAYLOAD_BALL:
         for (int i = 0; i < 2; i++) {

@@ -73,23 +73,23 @@ struct sim_payload {
 
 /* At rest under an axis that stands there; it points into itself: do not copy.
  * MOTION_E_ARG for a value outside the ranges above. */
-int sim_payload_init(struct sim_payload *payload,
+int sim_payload_init(struct sim_payload *self,
                      const struct sim_payload_config *config, double at);
 
 /* step_s (> 0) on, in which the axis comes to that place and speed.
  * MOTION_E_RANGE: it cannot be computed; it stays where it was. */
-int sim_payload_step(struct sim_payload *payload, double step_s, double at,
+int sim_payload_step(struct sim_payload *self, double step_s, double at,
                      double speed);
 
 /* How far it is from where it would hang or lie at rest, m: the weight of a
  * pendulum or cable beside the axis, the lower edge of a curtain out of its
  * plane of rest, a ball from the middle of its plate. */
-double sim_payload_off_m(const struct sim_payload *payload);
+double sim_payload_off_m(const struct sim_payload *self);
 
 /* Where it is: of a pendulum and a cable the axis and then every mass; of a
  * curtain its nodes, column after column; of a ball both ends of the plate, and
  * the middle of the ball.  Returns how many, at most SIM_PAYLOAD_NODES. */
-unsigned sim_payload_points(const struct sim_payload *payload,
+unsigned sim_payload_points(const struct sim_payload *self,
                             struct sim_payload_point point[SIM_PAYLOAD_NODES]);
 
 /* Mass that moves with the axis, beside which its own has to be large. */

@@ -109,7 +109,7 @@ static void film_line(const struct film_pen *pen, const struct film_view *view,
     if (pen->cairo == NULL)
         fputs("<polyline points=\"", pen->file);
     for (unsigned i = 0; i < count; i++) {
-        const struct film_spot at = film_spot(view, &point[i * stride]);
+        const struct film_spot at = film_spot(view, &point[(size_t)i * stride]);
         if (pen->cairo == NULL)
             fprintf(pen->file, "%.1f,%.1f ", at.x, at.y);
         else if (i == 0)
@@ -150,13 +150,13 @@ static void film_mesh(const struct film_pen *pen, const struct film_view *view,
                       const struct plot_film_point *point)
 {
     for (unsigned c = 0; c < thing->columns; c++)
-        film_line(pen, view, point + c * thing->rows, thing->rows, 1,
+        film_line(pen, view, point + (size_t)c * thing->rows, thing->rows, 1,
                   &plot_plan, 1);
     for (unsigned r = 0; r < thing->rows; r++)
         film_line(pen, view, point + r, thing->columns, thing->rows, &plot_plan,
                   r == 0 ? 2.2 : 1);
     film_disc(pen, view, point, 3.5, &plot_frame);
-    film_disc(pen, view, point + (thing->columns - 1) * thing->rows, 5,
+    film_disc(pen, view, point + (size_t)(thing->columns - 1) * thing->rows, 5,
               &plot_servo);
 }
 
