@@ -316,7 +316,7 @@ static enum status run_when_sampled(const struct run_when *self)
         bool is_given;
     } rows[] = {
         { "--from", options->from != NULL },
-        { "--ping-pong", options->ping_pong },
+        { run_when_repeat_name(self), self->is_ping_pong },
         { "--hold-at", options->hold_at != NULL },
         { "--at", options->at != NULL },
         { "--on-edge", options->on_edge != NULL },
@@ -340,9 +340,9 @@ enum status run_when_read(struct run_when *self, const struct options *options,
     self->options = options;
     self->job = job;
     self->rate_q30 = self->play_q30 = options->override_q30;
-    enum status status = run_when_sampled(self);
+    enum status status = run_when_plays(self);
     if (status == STATUS_OK)
-        status = run_when_plays(self);
+        status = run_when_sampled(self);
     if (status == STATUS_OK)
         status = run_when_hold(self);
     if (status == STATUS_OK)
