@@ -30,7 +30,7 @@ static int rig_read_damping(void *reader, const struct yaml_value *value,
         return -1;
     if (motion_fixed_muldiv(ratio_q32, 1000, MOTION_FIXED_ONE_Q32, &permille) <
             0 ||
-        permille < 100 || permille > 5000)
+        permille < 100 || permille > 2000)
         return yaml_value_refuse(value, "%s is out of range",
                                  yaml_value_quote(quote, value));
     *(uint16_t *)out = (uint16_t)permille;
@@ -148,7 +148,7 @@ static int rig_read_device(void *reader, const struct yaml_value *value,
 static const struct yaml_field rig_sim_fields[] = {
     { "bandwidth", YAML_OPTIONAL, "0.1 Hz .. 200 Hz", rig_read_bandwidth,
       offsetof(struct rig_sim, omega_mrad_s) },
-    { "damping", YAML_OPTIONAL, "0.1 .. 5", rig_read_damping,
+    { "damping", YAML_OPTIONAL, "0.1 .. 2", rig_read_damping,
       offsetof(struct rig_sim, zeta_permille) },
     { "start", YAML_OPTIONAL, "where the axis stands at power-on",
       rig_read_start, offsetof(struct rig_sim, start_q32) },
