@@ -214,12 +214,16 @@ static void a_line_reads_as_its_level_pull_and_polarity_say(void **state)
 
 static void only_an_output_can_be_set(void **state)
 {
+    struct sim_world world;
     struct sim_gpio in, out;
-    struct hal_gpio *input = sim_gpio_init(&in, &(struct sim_gpio_config){ 0 });
-    struct hal_gpio *output = sim_gpio_init(
-        &out, &(struct sim_gpio_config){ .output = true, .active_low = true });
-
     (void)state;
+    sim_world_init(&world, 0);
+    struct hal_gpio *input =
+        sim_gpio_init(&in, &(struct sim_gpio_config){ .clock = &world.clock });
+    struct hal_gpio *output = sim_gpio_init(
+        &out, &(struct sim_gpio_config){
+                  .clock = &world.clock, .output = true, .active_low = true });
+
     assert_int_equal(hal_gpio_set(input, true), MOTION_E_STATE);
     assert_int_equal(hal_gpio_get(output), 0);
     assert_int_equal(out.level, SIM_GPIO_HIGH);
@@ -228,6 +232,30 @@ static void only_an_output_can_be_set(void **state)
     assert_int_equal(hal_gpio_get(output), 1);
     sim_gpio_drive(&out, SIM_GPIO_DEAD);
     assert_int_equal(hal_gpio_set(output, false), MOTION_E_IO);
+}
+
+static void a_camera_counts_the_pulses_of_its_output(void **state)
+{
+    struct sim_world world;
+    struct sim_gpio line;
+    (void)state;
+    sim_world_init(&world, 0);
+    struct hal_gpio *output =
+        sim_gpio_init(&line, &(struct sim_gpio_config){ .clock = &world.clock,
+                                                        .output = true });
+    static const int64_t pulse[][2] = { { 10, 20 }, { 35, 38 }, { 90, 95 } };
+    for (size_t i = 0; i < ARRAY_LEN(pulse); i++)
+        for (int edge = 0; edge < 2; edge++) {
+            (void)hal_clock_wait_until(&world.clock, pulse[i][edge]);
+            assert_int_equal(hal_gpio_set(output, edge == 0), MOTION_OK);
+            /* told again, it is no other pulse */
+            assert_int_equal(hal_gpio_set(output, edge == 0), MOTION_OK);
+        }
+    assert_int_equal(line.camera.pictures, 3);
+    assert_int_equal(line.camera.first_ns, 10);
+    assert_int_equal(line.camera.last_ns, 90);
+    assert_int_equal(line.camera.closest_ns, 25);
+    assert_int_equal(line.camera.shortest_ns, 3);
 }
 
 int main(void)
@@ -243,6 +271,7 @@ int main(void)
         cmocka_unit_test(what_a_member_wakes_runs_at_once),
         cmocka_unit_test(a_line_reads_as_its_level_pull_and_polarity_say),
         cmocka_unit_test(only_an_output_can_be_set),
+        cmocka_unit_test(a_camera_counts_the_pulses_of_its_output),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
