@@ -81,7 +81,7 @@ static void payload_run(struct sim_member *member, int64_t now_ns)
 
 static int64_t payload_due_ns(const struct sim_member *member)
 {
-    return CONTAINER_OF_CONST(member, const struct machine_sim, payloads)
+    return CONTAINER_OF_CONST(member, struct machine_sim, payloads)
         ->payloads_due_ns;
 }
 

@@ -109,7 +109,7 @@ static void run(int64_t hold_at_ns)
         .hold_at_ns = hold_at_ns,
         .resume_after_ns = SECOND,
     };
-    bench_play(&config, (struct player_observer){ NULL });
+    bench_play(&config, (struct player_observer){ .report = NULL });
 }
 
 static void it_is_inside_the_limits(void **state)

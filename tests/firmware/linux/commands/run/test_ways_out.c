@@ -100,7 +100,7 @@ static void play(enum way way, enum telemetry_phase phase, int64_t after_ns)
     given.way = way;
     given.phase = phase;
     given.after_ns = after_ns;
-    bench_play(&config, (struct player_observer){ NULL });
+    bench_play(&config, (struct player_observer){ .report = NULL });
 }
 
 static bool any_torque(void)
