@@ -8,6 +8,8 @@ export const advices = {
   STALE: "See to the drive's cable and the load of its bus, then Reset.",
   FOLLOWING:
     "See that the axis moves freely and the load is right; slow the move down, then Reset.",
+  RUNAWAY:
+    "The axis moved away from where it was sent: see to the sign of its encoder and motor, its coupling and its load before Reset.",
   GATE: "Load the move again; report it if it comes back: planning should have refused it.",
   ESTOP: "Release the emergency stop, then Reset.",
   ESTOP_CHANNELS:
