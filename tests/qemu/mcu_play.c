@@ -2,7 +2,7 @@
  * time: a move that lies in memory (tests/firmware/mcu/play_file.h) is uploaded
  * piece by piece, streamed through a window and played; the checksum of every
  * tick's set points is that of the run on a PC. */
-#include "hal/mcu/piece.h"
+#include "firmware/mcu/upload.h"
 #include "tests/firmware/mcu/play_file.h"
 #include "tests/qemu/start.h"
 
