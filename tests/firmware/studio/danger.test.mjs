@@ -18,7 +18,7 @@ import { setTimeout as sleep } from "node:timers/promises";
 import { Socket } from "./websocket.mjs";
 
 const slew = process.env.SLEW ?? "build/slew";
-const port = 40000 + (process.pid % 20000);
+const port = 10000 + (process.pid % 10000); // below what connections are given
 const home = fs.mkdtempSync(path.join(os.tmpdir(), "danger-"));
 const deadMan = 0.25; // s
 let helper;
@@ -63,6 +63,15 @@ class Lines {
 
 const page = (socket) => new Lines((text) => socket.send(text), socket);
 
+// null: it has ended meanwhile.
+function nameOf(thread) {
+  try {
+    return fs.readFileSync(`${thread}/comm`, "utf8");
+  } catch {
+    return null;
+  }
+}
+
 before(async () => {
   fs.cpSync("examples/dolly", `${home}/dolly`, { recursive: true });
   const words = [slew, "studio", "--no-browser", "--port", `${port}`, `${home}/dolly`];
@@ -79,10 +88,12 @@ before(async () => {
     (text) => file.write(`${text}\n`),
     readline.createInterface({ input: file }),
   );
-  tick = fs
-    .readdirSync(`/proc/${id}/task`)
-    .map((thread) => `/proc/${id}/task/${thread}`)
-    .find((thread) => fs.readFileSync(`${thread}/comm`, "utf8") === "slew-tick\n");
+  tick = await until("the thread of the tick", () =>
+    fs
+      .readdirSync(`/proc/${id}/task`)
+      .map((thread) => `/proc/${id}/task/${thread}`)
+      .find((thread) => nameOf(thread) === "slew-tick\n"),
+  );
 });
 
 after(async () => {
@@ -195,9 +206,8 @@ test("a flood and a reader that sleeps are nothing to the tick", async () => {
   const flood = await Socket.open(port);
   await undisturbed(async () => {
     slow.pause();
-    const closed = once(flood, "closed");
     for (let i = 0; i < 2000; i++) flood.send('{"command": "status"}');
-    await closed;
+    await until("the flood is cut off", () => flood.end !== null);
     for (let i = 0; i < 50; i++) slow.send('{"command": "status"}'), await sleep(10);
   });
   for (const socket of [slow, flood]) socket.cut();

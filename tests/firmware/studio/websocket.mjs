@@ -7,6 +7,9 @@ import http from "node:http";
 export class Socket extends EventEmitter {
   #raw;
   #bytes = Buffer.alloc(0);
+  // How it has ended: the code of the close frame, or "reset" where what was still
+  // on its way to a server that had closed ended the wire before that was read.
+  end = null;
 
   static open(port, { path = "/ws", headers = {} } = {}) {
     return new Promise((resolve, reject) => {
@@ -38,7 +41,7 @@ export class Socket extends EventEmitter {
     super();
     this.#raw = raw;
     raw.on("data", (data) => this.#take(data));
-    raw.on("close", () => this.emit("gone"));
+    raw.on("close", () => ((this.end ??= "reset"), this.emit("gone")));
     raw.on("error", () => {});
     if (head.length > 0) setImmediate(() => this.#take(head));
   }
@@ -58,8 +61,10 @@ export class Socket extends EventEmitter {
       const op = b[0] & 15;
       if (op === 1) this.emit("line", JSON.parse(payload.toString()));
       if (op === 2) this.emit("frame", payload);
-      if (op === 8)
-        this.emit("closed", payload.length >= 2 ? payload.readUInt16BE(0) : 1005);
+      if (op === 8) {
+        this.end ??= payload.length >= 2 ? payload.readUInt16BE(0) : 1005;
+        this.emit("closed", this.end);
+      }
     }
   }
 
