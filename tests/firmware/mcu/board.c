@@ -135,6 +135,25 @@ void board_ticks(struct board *board, unsigned ticks)
     }
 }
 
+void board_run(struct board *board, unsigned ticks)
+{
+    while (ticks-- > 0) {
+        board_ticks(board, 1);
+        mcu_registers_poll(&board->registers);
+    }
+}
+
+uint16_t board_state(struct board *board, unsigned offset)
+{
+    struct modbus_slave *slave = &board->registers.slave;
+    uint16_t word[MCU_STATE_WORDS];
+
+    assert_int_equal(slave->ops->get(slave, MODBUS_HOLDING, MCU_AT_STATE,
+                                     MCU_STATE_WORDS, word),
+                     0);
+    return word[offset];
+}
+
 unsigned board_put_setup(uint16_t piece[MCU_PIECE_MAX],
                          const struct board_move *move, unsigned axis)
 {

@@ -60,6 +60,10 @@ bool board_send(struct board *board, uint16_t address, const uint16_t *value,
                 unsigned count);
 bool board_command(struct board *board, enum mcu_command what, uint32_t value);
 void board_ticks(struct board *board, unsigned ticks);
+/* As the main loop: what waits is looked at after every tick. */
+void board_run(struct board *board, unsigned ticks);
+/* Register `offset` of its state, as it is read on the line. */
+uint16_t board_state(struct board *board, unsigned offset);
 /* The piece that sets up this axis of the move. */
 unsigned board_put_setup(uint16_t piece[MCU_PIECE_MAX],
                          const struct board_move *move, unsigned axis);

@@ -33,32 +33,12 @@ static bool command_at(enum mcu_command what, uint32_t value, uint32_t at)
     return board_send(&board, MCU_AT_COMMAND, word, MCU_COMMAND_AT);
 }
 
-/* As the main loop: after every tick. */
-static void run(unsigned ticks)
-{
-    while (ticks-- > 0) {
-        board_ticks(&board, 1);
-        mcu_registers_poll(&board.registers);
-    }
-}
-
-static uint16_t state_word(unsigned offset)
-{
-    uint16_t word[MCU_STATE_WORDS];
-
-    assert_int_equal(
-        board.registers.slave.ops->get(&board.registers.slave, MODBUS_HOLDING,
-                                       MCU_AT_STATE, MCU_STATE_WORDS, word),
-        0);
-    return word[offset];
-}
-
 /* Until long after the tick nothing has moved. */
 static void never_began(void)
 {
-    run(MCU_COMMAND_AHEAD + 10);
+    board_run(&board, MCU_COMMAND_AHEAD + 10);
     assert_int_equal(board.unit.log.next, 0);
-    assert_int_equal(state_word(MCU_STATE_WAITING), 0);
+    assert_int_equal(board_state(&board, MCU_STATE_WAITING), 0);
 }
 
 static void a_move_begins_in_its_tick(void **state)
@@ -71,16 +51,18 @@ static void a_move_begins_in_its_tick(void **state)
             board.unit.tick = UINT32_MAX - board_below(check_stream(), 200);
         at = board.unit.tick + 1 + board_below(check_stream(), 300);
         assert_true(command_at(MCU_COMMAND_START, move.id, at));
-        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_WAITS);
-        assert_int_equal(state_word(MCU_STATE_WAITING),
+        assert_int_equal(board_state(&board, MCU_STATE_RESULT),
+                         MCU_RESULT_WAITS);
+        assert_int_equal(board_state(&board, MCU_STATE_WAITING),
                          board.registers.sequence);
         mcu_registers_poll(&board.registers);
         while (board.unit.tick + 1 != at) {
-            run(1);
+            board_run(&board, 1);
             assert_int_equal(board.unit.log.next, 0);
         }
-        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_DONE);
-        run(1);
+        assert_int_equal(board_state(&board, MCU_STATE_RESULT),
+                         MCU_RESULT_DONE);
+        board_run(&board, 1);
         assert_int_equal(board.unit.log.next, 1);
         assert_int_equal(board.unit.began, at);
     }
@@ -96,7 +78,8 @@ static void what_comes_too_late_or_too_early_is_refused(void **state)
         get_ready(10);
         assert_false(
             command_at(MCU_COMMAND_START, move.id, board.unit.tick + ahead[i]));
-        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_LATE);
+        assert_int_equal(board_state(&board, MCU_STATE_RESULT),
+                         MCU_RESULT_LATE);
         never_began();
     }
     assert_true(command_at(MCU_COMMAND_START, move.id,
@@ -111,10 +94,11 @@ static void what_missed_its_tick_is_not_done_later(void **state)
         get_ready(10);
         assert_true(
             command_at(MCU_COMMAND_START, move.id, board.unit.tick + 20));
-        run(18);
+        board_run(&board, 18);
         board_ticks(&board, 2 + i);
         mcu_registers_poll(&board.registers);
-        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_LATE);
+        assert_int_equal(board_state(&board, MCU_STATE_RESULT),
+                         MCU_RESULT_LATE);
         never_began();
     }
 }
@@ -129,20 +113,20 @@ static void nothing_waits_through_another_command_or_state(void **state)
         get_ready(10);
         assert_true(
             command_at(MCU_COMMAND_START, move.id, board.unit.tick + 200));
-        run(20);
+        board_run(&board, 20);
         board_command(&board, other[i], 1u << 30);
-        run(10);
+        board_run(&board, 10);
         board_command(&board, MCU_COMMAND_ENABLE, 0);
         never_began();
     }
     get_ready(10);
     assert_true(command_at(MCU_COMMAND_START, move.id, board.unit.tick + 200));
     board.unit.drive[1].state = HAL_DRIVE_FAULT;
-    run(5);
-    assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_STATE);
+    board_run(&board, 5);
+    assert_int_equal(board_state(&board, MCU_STATE_RESULT), MCU_RESULT_STATE);
     board.unit.drive[1].state = HAL_DRIVE_OFF;
     assert_true(board_command(&board, MCU_COMMAND_RESET, 0));
-    run(5);
+    board_run(&board, 5);
     assert_true(board_command(&board, MCU_COMMAND_ENABLE, 0));
     never_began();
 }
@@ -157,11 +141,12 @@ static void a_stop_never_waits_and_a_move_must_be_there(void **state)
     get_ready(10);
     for (unsigned i = 0; i < 4; i++) {
         assert_false(command_at(what[i], 0, board.unit.tick + 20));
-        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_ARG);
+        assert_int_equal(board_state(&board, MCU_STATE_RESULT), MCU_RESULT_ARG);
     }
     assert_false(
         command_at(MCU_COMMAND_START, move.id ^ 2, board.unit.tick + 20));
-    assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_NOT_THERE);
+    assert_int_equal(board_state(&board, MCU_STATE_RESULT),
+                     MCU_RESULT_NOT_THERE);
     never_began();
 }
 
@@ -179,10 +164,10 @@ static void a_repeated_command_is_done_once(void **state)
     mcu_words_put(word + 4, board.unit.tick + 20, 2);
     for (unsigned i = 0; i < 5; i++)
         assert_true(board_send(&board, MCU_AT_COMMAND, word, MCU_COMMAND_AT));
-    run(20);
+    board_run(&board, 20);
     assert_int_equal(board.unit.log.next, 1);
     assert_true(board_send(&board, MCU_AT_COMMAND, word, MCU_COMMAND_AT));
-    run(1);
+    board_run(&board, 1);
     assert_int_equal(board.unit.log.next, 2);
 }
 
@@ -192,11 +177,11 @@ static void a_hold_is_in_its_tick_too(void **state)
     (void)state;
     get_ready(10);
     assert_true(command_at(MCU_COMMAND_START, move.id, board.unit.tick + 5));
-    run(10);
+    board_run(&board, 10);
     assert_true(command_at(MCU_COMMAND_HOLD, 0, board.unit.tick + 3));
-    run(1);
+    board_run(&board, 1);
     assert_int_equal(board.unit.controller.state, CONTROLLER_MOVING);
-    run(1);
+    board_run(&board, 1);
     assert_int_equal(board.unit.controller.state, CONTROLLER_HOLDING);
 }
 

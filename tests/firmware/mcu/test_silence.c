@@ -8,26 +8,6 @@ static struct board board;
 static struct board_move move;
 static struct board_pieces pieces;
 
-/* As the main loop: after every tick. */
-static void run(unsigned ticks)
-{
-    while (ticks-- > 0) {
-        board_ticks(&board, 1);
-        mcu_registers_poll(&board.registers);
-    }
-}
-
-static uint16_t state_word(unsigned offset)
-{
-    uint16_t word[MCU_STATE_WORDS];
-
-    assert_int_equal(
-        board.registers.slave.ops->get(&board.registers.slave, MODBUS_HOLDING,
-                                       MCU_AT_STATE, MCU_STATE_WORDS, word),
-        0);
-    return word[offset];
-}
-
 static bool has_torque(void)
 {
     return board.unit.drive[0].state == HAL_DRIVE_ENABLED;
@@ -49,14 +29,14 @@ static void get_ready(uint32_t watch_ms)
     }
     board_make_pieces(&pieces, &move, check_stream());
     board_init(&board);
-    run(10);
+    board_run(&board, 10);
     board_set_up(&board, &move);
     assert_true(board_command(&board, MCU_COMMAND_WATCH, watch_ms));
     for (unsigned i = 0; i < pieces.count; i++)
         assert_true(
             board_send(&board, MCU_AT_PIECE, pieces.word[i], pieces.length[i]));
     assert_true(board_command(&board, MCU_COMMAND_ENABLE, 0));
-    run(3);
+    board_run(&board, 3);
     assert_int_equal(board.unit.controller.state, CONTROLLER_READY);
 }
 
@@ -68,52 +48,53 @@ static void axes_that_move_stop_along_their_path(void **state)
     get_ready(WATCH_MS);
     assert_true(board_command(&board, MCU_COMMAND_START, move.id));
     for (unsigned i = 0; i < 30; i++) { /* as long as somebody asks */
-        run(WATCH_MS - 1);
-        assert_int_equal(state_word(MCU_STATE_STATE), CONTROLLER_MOVING);
+        board_run(&board, WATCH_MS - 1);
+        assert_int_equal(board_state(&board, MCU_STATE_STATE),
+                         CONTROLLER_MOVING);
     }
-    run(WATCH_MS - 1);
+    board_run(&board, WATCH_MS - 1);
     assert_int_equal(board.unit.controller.state, CONTROLLER_MOVING);
-    run(1);
+    board_run(&board, 1);
     assert_int_equal(board.unit.controller.state, CONTROLLER_STOPPING);
     before_q32 = board.unit.axis[0].target.pos_q32;
-    run(1);
+    board_run(&board, 1);
     assert_true(board.unit.axis[0].target.pos_q32 > before_q32); /* no jump */
-    run(5000);
+    board_run(&board, 5000);
     assert_int_equal(board.unit.controller.state, CONTROLLER_OFF);
     assert_false(has_torque());
-    assert_int_equal(state_word(MCU_STATE_SILENT), 1);
+    assert_int_equal(board_state(&board, MCU_STATE_SILENT), 1);
 }
 
 static void what_ended_by_silence_does_not_begin_again(void **state)
 {
     (void)state;
     get_ready(WATCH_MS);
-    run(10 * WATCH_MS);
+    board_run(&board, 10 * WATCH_MS);
     assert_false(has_torque());
-    run(1000);
-    assert_int_equal(state_word(MCU_STATE_STATE), CONTROLLER_OFF);
-    run(10);
+    board_run(&board, 1000);
+    assert_int_equal(board_state(&board, MCU_STATE_STATE), CONTROLLER_OFF);
+    board_run(&board, 10);
     assert_false(has_torque());
-    assert_int_equal(state_word(MCU_STATE_SILENT), 1);
+    assert_int_equal(board_state(&board, MCU_STATE_SILENT), 1);
     assert_true(board_command(&board, MCU_COMMAND_ENABLE, 0));
-    run(3);
+    board_run(&board, 3);
     assert_true(has_torque());
-    assert_int_equal(state_word(MCU_STATE_SILENT), 0);
+    assert_int_equal(board_state(&board, MCU_STATE_SILENT), 0);
 }
 
 static void without_a_watch_silence_means_nothing(void **state)
 {
     (void)state;
     get_ready(0);
-    assert_int_equal(state_word(MCU_STATE_WATCH), 0);
-    run(200000);
+    assert_int_equal(board_state(&board, MCU_STATE_WATCH), 0);
+    board_run(&board, 200000);
     assert_true(has_torque());
     assert_true(board_command(&board, MCU_COMMAND_WATCH, MCU_WATCH_MAX));
     assert_false(board_command(&board, MCU_COMMAND_WATCH, MCU_WATCH_MAX + 1));
-    assert_int_equal(state_word(MCU_STATE_WATCH), MCU_WATCH_MAX);
-    run(MCU_WATCH_MAX - 1);
+    assert_int_equal(board_state(&board, MCU_STATE_WATCH), MCU_WATCH_MAX);
+    board_run(&board, MCU_WATCH_MAX - 1);
     assert_true(has_torque());
-    run(2);
+    board_run(&board, 2);
     assert_false(has_torque());
 }
 
@@ -123,10 +104,10 @@ static void ticks_wrap_in_silence(void **state)
     (void)state;
     get_ready(WATCH_MS);
     board.unit.tick = UINT32_MAX - WATCH_MS / 2;
-    (void)state_word(MCU_STATE_STATE);
-    run(WATCH_MS - 1);
+    (void)board_state(&board, MCU_STATE_STATE);
+    board_run(&board, WATCH_MS - 1);
     assert_true(has_torque());
-    run(2);
+    board_run(&board, 2);
     assert_false(has_torque());
 }
 

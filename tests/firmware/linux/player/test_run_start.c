@@ -146,22 +146,30 @@ static void take_first_of_the_move(void *context,
         *first_ns = row->t_ns;
 }
 
+/* Reads a recording; the time of the first row of the move, -1: there is none. */
+static int64_t first_of_the_move(struct record_file *file,
+                                 const char *recording)
+{
+    int64_t first_ns = -1;
+    const struct record_taker taker = { .row = take_first_of_the_move,
+                                        .context = &first_ns };
+    char message[YAML_MESSAGE_MAX];
+    assert_int_equal(
+        record_read(file, &disk_files, recording, NULL, &taker, message), 0);
+    return first_ns;
+}
+
 /* The row before the first of the move is the tick of its start. */
 static void a_move_starts_at_its_time(void **state)
 {
     const char *recording = run_path("run.mcap");
-    int64_t first_ns = -1;
-    const struct record_taker taker = { .row = take_first_of_the_move,
-                                        .context = &first_ns };
     struct record_file file;
-    char message[YAML_MESSAGE_MAX];
     (void)state;
     put_files(10);
     const int64_t at_ns = run_at(recording, 3 * SECOND + 123456789);
     run_expect(STATUS_OK);
     run_says("there it waits until");
-    assert_int_equal(
-        record_read(&file, &disk_files, recording, NULL, &taker, message), 0);
+    int64_t first_ns = first_of_the_move(&file, recording);
     first_ns += record_integer(file.plan, file.plan_count, "epoch_ns");
     const int64_t lost_ns =
         PERIOD * record_integer(file.end, file.end_count, "ticks_lost");
@@ -173,18 +181,13 @@ static void a_move_starts_at_its_time(void **state)
 static void axes_that_are_not_ready_are_not_moved(void **state)
 {
     const char *recording = run_path("run.mcap");
-    int64_t first_ns = -1;
-    const struct record_taker taker = { .row = take_first_of_the_move,
-                                        .context = &first_ns };
     struct record_file file;
-    char message[YAML_MESSAGE_MAX];
     (void)state;
     put_files(500);
     (void)run_at(recording, 4 * SECOND);
     run_expect(STATUS_REFUSED);
     run_says("the axes were not ready at the time of the start");
-    assert_int_equal(
-        record_read(&file, &disk_files, recording, NULL, &taker, message), 0);
+    const int64_t first_ns = first_of_the_move(&file, recording);
     record_file_free(&file);
     assert_int_equal(first_ns, -1);
 }
