@@ -203,18 +203,12 @@ static void a_move_starts_at_the_first_edge_once_it_is_ready(void **state)
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         const char *recording = run_path(i == 0 ? "a.mcap" : "b.mcap");
-        int64_t first_ns = -1;
-        const struct record_taker taker = { .row = take_first_of_the_move,
-                                            .context = &first_ns };
         struct record_file file;
-        char message[YAML_MESSAGE_MAX];
         put_files(rows[i].from_mm);
         run("run", "--record", recording, "--on-edge", "go", run_path("m"));
         run_expect(STATUS_OK);
         run_says("there it waits for go");
-        assert_int_equal(
-            record_read(&file, &disk_files, recording, NULL, &taker, message),
-            0);
+        const int64_t first_ns = first_of_the_move(&file, recording);
         record_file_free(&file);
         /* the lead of the shutter is ahead of it */
         assert_in_range(first_ns, rows[i].want_ns + SECOND / 4,
