@@ -37,10 +37,10 @@ ALL_CFLAGS = $(STD) $(WARN) $(OPT) $(CFLAGS) -I. -MMD -MP
 LDLIBS    = $(PKG_LIB) -lm -lpthread
 
 # Rooms, from whatever .c files stand there.  PORTABLE also runs on a
-# microcontroller: all of hal/ but hal/linux, all of motion/ but motion/plan.
+# microcontroller: all of hal/ but hal/linux, all of motion/ but what is in double.
 sources   = $(sort $(shell find $(1) -name '*.c'))
 MAIN     := firmware/linux/main.c
-MOTION   := $(filter-out motion/plan/%,$(call sources,motion))
+MOTION   := $(filter-out motion/plan/% motion/double/%,$(call sources,motion))
 PORTABLE := $(MOTION) $(filter-out hal/linux/%,$(call sources,hal)) \
             $(call sources,firmware/control)
 # Of a board only what needs none; firmware/fmu is a program of its own.
@@ -49,7 +49,7 @@ ROOMS    := $(filter-out $(MAIN) firmware/mcu/board/% firmware/fmu/% \
               $(call sources,motion hal sim firmware)) \
             firmware/mcu/board/port.c
 # libslew: what another program may link; the rest of slew is the program's.
-LIBRARY  := $(PORTABLE) $(call sources,motion/plan)
+LIBRARY  := $(PORTABLE) $(call sources,motion/double motion/plan)
 PROGRAM  := $(filter-out $(LIBRARY),$(ROOMS))
 # Programs of their own: images, peers, fuzz targets, what is run beside a peer.
 TEST_OWN := $(call sources,tests/bench tests/fuzz tests/peers tests/qemu)
@@ -175,7 +175,8 @@ $(B)/firmware/host/%.o $(B)/firmware/linux/%.o $(B)/firmware/studio/%.o \
     $(B)/hal/linux/%.o $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
 # Plants and plans in double: the same bits with every compiler, so no
 # multiply-add that only some machines have.
-$(B)/sim/physics/%.o $(B)/motion/plan/%.o $(B)/firmware/host/%.o: ALL_CFLAGS += -ffp-contract=off
+$(B)/sim/%.o $(B)/motion/double/%.o $(B)/motion/plan/%.o $(B)/firmware/host/%.o \
+    $(B)/firmware/linux/batch/%.o: ALL_CFLAGS += -ffp-contract=off
 # Position-independent, so that one set of objects serves the program and
 # libslew.so; none of our functions is there to be replaced by another's, so a
 # file may inline its own.
@@ -200,6 +201,14 @@ same-bytes:
 	    $(MAKE) --no-print-directory CC=$${same%-*} OPT=-$${same#*-} \
 	        VARIANT=same/$$same WARN= build/same/$$same/slew || exit 1; done
 	@tests/proofs/same_bytes.sh build/same/runs $(SAME:%=build/same/%/slew)
+
+# Plans, files and simulations; pictures may differ in a last digit.
+LIBM_OF  = $(filter-out firmware/host/plot/%,$(filter motion/% sim/% firmware/host/%,\
+              $(ROOMS)) $(call sources,firmware/linux/batch firmware/linux/fmu))
+.PHONY: libm
+## what of libm plans and simulations call: only what is rounded exactly
+libm: $(LIBS)
+	@tests/proofs/libm.sh "$$($(CC) -print-file-name=libm.so.6)" $(LIBM_OF:%.c=$(B)/%.o)
 
 .PHONY: tidy clang-tidy cppcheck
 ## clang-tidy and cppcheck, nothing let through

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 #include "sim/physics/matrix.h"
 #include "sim/util.h"
 
@@ -108,7 +109,7 @@ static double fit_moved(const struct fit *self, enum sim_model_parameter of,
 {
     const struct fit_scale *const scale = &fit_scale[of];
     const double to =
-        scale->is_log ? value * exp(by) : value + by * self->unit[of];
+        scale->is_log ? value * double_exp(by) : value + by * self->unit[of];
 
     return fmin(fmax(to, scale->low), scale->high);
 }
@@ -344,7 +345,7 @@ static void fit_find_rigid(struct fit *self, struct fit *best,
         memcpy(value, before, sizeof value);
         value[SIM_MODEL_BANDWIDTH] =
             fit_moved(self, SIM_MODEL_BANDWIDTH, value[SIM_MODEL_BANDWIDTH],
-                      log(factor[i]));
+                      double_log(factor[i]));
         fit_try(self, best, value, fit_rigid, i == 0 ? FIT_ROUNDS : 6);
     }
 }
@@ -408,7 +409,8 @@ static void fit_search_grid(struct fit *self,
             value[SIM_MODEL_INERTIA] = inertia[k];
             value[SIM_MODEL_FREQUENCY] =
                 FIT_GRID_LOW_HZ *
-                pow(high / FIT_GRID_LOW_HZ, i / (FIT_GRID - 1.0));
+                double_exp(double_log(high / FIT_GRID_LOW_HZ) * i /
+                           (FIT_GRID - 1.0));
             fit_begin(self, value);
             if (isfinite(self->cost))
                 fit_improve(self, fit_resonance | BIT(SIM_MODEL_BANDWIDTH), 1);

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "motion/double/double_math.h"
+
 #define REST_ITERATIONS 500
 #define REST_EXACT_M_S  1e-14 /* by which an iteration changes a speed */
 #define ADVANCE_MAX     1000
@@ -32,7 +34,7 @@ static void sim_plane_normal(const struct sim_bodies *bodies, int plane,
     if (sim_dot3(of->axis, of->axis) <= 0)
         return;
     const double angle = sim_plane_angle(bodies, plane, t_s, &speed);
-    const double cosine = cos(angle), sine = sin(angle);
+    const double cosine = double_cos(angle), sine = double_sin(angle);
     const double along = sim_dot3(of->axis, of->normal) * (1 - cosine);
     sim_cross3(of->axis, of->normal, across);
     for (int k = 0; k < 3; k++) {

@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 #include "sim/physics/drivetrain_config.h"
 
 /* Guards, each for every inertia or coupling. */
@@ -41,8 +42,8 @@ static double sim_inertia_friction(const struct sim_inertia *inertia,
 
     if (inertia->static_n_m <= inertia->coulomb_n_m)
         return inertia->coulomb_n_m;
-    return inertia->coulomb_n_m +
-           (inertia->static_n_m - inertia->coulomb_n_m) * exp(-part * part);
+    return inertia->coulomb_n_m + (inertia->static_n_m - inertia->coulomb_n_m) *
+                                      double_exp(-part * part);
 }
 
 static double sim_drivetrain_twist(const struct sim_drivetrain *drive,
@@ -129,7 +130,7 @@ static void sim_drivetrain_torques(const struct sim_drivetrain *drive,
 
         torque[i] = -inertia->viscous_n_m_s * y[n + i] - inertia->load_n_m;
         if (inertia->gravity_n_m != 0)
-            torque[i] -= inertia->gravity_n_m * cos(y[i]);
+            torque[i] -= inertia->gravity_n_m * double_cos(y[i]);
         if (inertia->spring_n_m_rad != 0 || inertia->spring_n_m_s != 0) {
             const struct sim_signal slope =
                 sim_signal_slope(&input->support_rad);
@@ -423,7 +424,7 @@ double sim_drivetrain_energy_j(const struct sim_drivetrain *drive)
         energy += 0.5 * inertia->inertia_kg_m2 * speed * speed +
                   0.5 * inertia->spring_n_m_rad * angle * angle;
         if (inertia->gravity_n_m != 0)
-            energy += inertia->gravity_n_m * sin(angle);
+            energy += inertia->gravity_n_m * double_sin(angle);
     }
     for (int i = 0; i + 1 < n; i++) {
         const double depth = fmax(0, fabs(sim_drivetrain_twist_rad(drive, i)) -

@@ -6,6 +6,7 @@
  * a gear of ratio N the motor side feels 1/N^2. */
 #include <math.h>
 
+#include "motion/double/double_math.h"
 #include "sim/physics/drivetrain.h"
 
 struct sim_complex {
@@ -66,5 +67,5 @@ sim_drivetrain_respond(const struct sim_drivetrain_config *config,
     const struct sim_complex last = sim_complex_times(load, motor);
 
     return (struct sim_drivetrain_response){ motor.re, motor.im,
-                                             hypot(last.re, last.im) };
+                                             double_hypot(last.re, last.im) };
 }

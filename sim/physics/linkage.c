@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 #include "sim/physics/matrix.h"
 
 #define SUBSTEP_RATE 0.05 /* substep x fastest rate */
@@ -17,25 +18,57 @@ static double sim_linkage_a(const struct sim_linkage *linkage, int i, int j)
            linkage->below_kg[i > j ? i : j];
 }
 
+/* Of every link's angle. */
+struct sim_linkage_turns {
+    double sine[SIM_LINKAGE_LINKS], cosine[SIM_LINKAGE_LINKS];
+};
+
+static void sim_linkage_turn(const struct sim_linkage *linkage,
+                             const double *angle,
+                             struct sim_linkage_turns *turns)
+{
+    for (int i = 0; i < linkage->config.links; i++)
+        double_sincos(angle[i], &turns->sine[i], &turns->cosine[i]);
+}
+
+/* Of the angle of link i less that of link j. */
+static double sim_linkage_cos(const struct sim_linkage_turns *turns, int i,
+                              int j)
+{
+    return i == j ? 1
+                  : turns->cosine[i] * turns->cosine[j] +
+                        turns->sine[i] * turns->sine[j];
+}
+
+static double sim_linkage_sin(const struct sim_linkage_turns *turns, int i,
+                              int j)
+{
+    return turns->sine[i] * turns->cosine[j] -
+           turns->cosine[i] * turns->sine[j];
+}
+
 /* Momenta from speeds. */
 static void sim_linkage_momenta(const struct sim_linkage *linkage,
                                 const double *angle, const double *speed,
                                 double *momentum)
 {
     const int n = linkage->config.links;
+    struct sim_linkage_turns turns;
 
+    sim_linkage_turn(linkage, angle, &turns);
     for (int i = 0; i < n; i++) {
         momentum[i] = 0;
         for (int j = 0; j < n; j++)
             momentum[i] += sim_linkage_a(linkage, i, j) *
-                           cos(angle[i] - angle[j]) * speed[j];
+                           sim_linkage_cos(&turns, i, j) * speed[j];
     }
 }
 
 /* Speeds from momenta, in place.  The matrix is that of a kinetic energy:
  * positive definite, whatever the angles. */
 static void sim_linkage_speeds(const struct sim_linkage *linkage,
-                               const double *angle, double *momentum)
+                               const struct sim_linkage_turns *turns,
+                               double *momentum)
 {
     const int n = linkage->config.links;
     double matrix[SIM_LINKAGE_LINKS * SIM_LINKAGE_LINKS];
@@ -46,8 +79,8 @@ static void sim_linkage_speeds(const struct sim_linkage *linkage,
     }
     for (int i = 0; i < n; i++) {
         for (int j = 0; j <= i; j++)
-            matrix[i * n + j] = sim_linkage_a(linkage, i, j) *
-                                (i == j ? 1 : cos(angle[i] - angle[j]));
+            matrix[i * n + j] =
+                sim_linkage_a(linkage, i, j) * sim_linkage_cos(turns, i, j);
     }
     if (sim_cholesky(matrix, n))
         sim_cholesky_solve(matrix, n, momentum);
@@ -62,19 +95,20 @@ static void sim_linkage_rate(void *plant, double t_s, const double *y,
     const struct sim_linkage_config *const config = &linkage->config;
     const int n = config->links;
     const double pivot = sim_signal_at(&linkage->pivot_acc_m_s2, t_s);
-    const double *const angle = y;
     double *const speed = rate, *const force = rate + n;
+    struct sim_linkage_turns turns;
 
     memcpy(speed, y + n, (size_t)n * sizeof *speed);
-    sim_linkage_speeds(linkage, angle, speed);
+    sim_linkage_turn(linkage, y, &turns);
+    sim_linkage_speeds(linkage, &turns, speed);
     for (int i = 0; i < n; i++) {
         force[i] =
             -linkage->below_kg[i] * config->length_m[i] *
-            (config->gravity_m_s2 * sin(angle[i]) + pivot * cos(angle[i]));
+            (config->gravity_m_s2 * turns.sine[i] + pivot * turns.cosine[i]);
         for (int j = 0; j < n; j++) {
             if (j != i)
                 force[i] -= sim_linkage_a(linkage, i, j) * speed[i] * speed[j] *
-                            sin(angle[i] - angle[j]);
+                            sim_linkage_sin(&turns, i, j);
         }
     }
     force[0] -= config->damping_n_m_s * speed[0];
@@ -136,6 +170,7 @@ int sim_linkage_step(struct sim_linkage *linkage, double step_s,
     const double wanted =
         ceil(step_s * sim_linkage_fastest(linkage) / SUBSTEP_RATE);
     double y[2 * SIM_LINKAGE_LINKS];
+    struct sim_linkage_turns turns;
 
     if (!(step_s > 0) || !(wanted <= SUBSTEPS_MAX))
         return MOTION_E_RANGE;
@@ -148,7 +183,8 @@ int sim_linkage_step(struct sim_linkage *linkage, double step_s,
                             y))
             return MOTION_E_RANGE;
     }
-    sim_linkage_speeds(linkage, y, y + n);
+    sim_linkage_turn(linkage, y, &turns);
+    sim_linkage_speeds(linkage, &turns, y + n);
     memcpy(linkage->angle_rad, y, (size_t)n * sizeof y[0]);
     memcpy(linkage->speed_rad_s, y + n, (size_t)n * sizeof y[0]);
     return MOTION_OK;
@@ -163,7 +199,7 @@ double sim_linkage_energy_j(const struct sim_linkage *linkage)
                         momentum);
     for (int i = 0; i < config->links; i++) {
         /* 1 - cos(angle), without what cancels */
-        const double half = sin(0.5 * linkage->angle_rad[i]);
+        const double half = double_sin(0.5 * linkage->angle_rad[i]);
         energy += 0.5 * momentum[i] * linkage->speed_rad_s[i] +
                   linkage->below_kg[i] * config->gravity_m_s2 *
                       config->length_m[i] * 2 * half * half;
@@ -176,8 +212,8 @@ void sim_linkage_place_m(const struct sim_linkage *linkage, int i, double *x_m,
 {
     *x_m = *z_m = 0;
     for (int j = 0; j <= i; j++) {
-        *x_m += linkage->config.length_m[j] * sin(linkage->angle_rad[j]);
-        *z_m -= linkage->config.length_m[j] * cos(linkage->angle_rad[j]);
+        *x_m += linkage->config.length_m[j] * double_sin(linkage->angle_rad[j]);
+        *z_m -= linkage->config.length_m[j] * double_cos(linkage->angle_rad[j]);
     }
 }
 

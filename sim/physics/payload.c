@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 
 #define GRAVITY 9.80665
 /* A curtain: a cloth of so much per m2 is as stiff as a soft spring between two
@@ -72,7 +73,7 @@ static int payload_swing(struct sim_payload *self, double step_s,
 {
     const double rate =
         2 * self->config.damping * sqrt(GRAVITY / self->config.length_m);
-    const double left = exp(-rate * step_s);
+    const double left = double_exp(-rate * step_s);
     const int err = sim_linkage_step(&self->linkage, step_s, signal);
 
     for (int i = 0; i < self->linkage.config.links; i++)
@@ -87,8 +88,8 @@ static double payload_hanging_momentum(const struct sim_payload *self)
     double speed = self->speed, momentum = 0;
 
     for (int i = 0; i < linkage->config.links; i++) {
-        speed += linkage->config.length_m[i] * cos(linkage->angle_rad[i]) *
-                 linkage->speed_rad_s[i];
+        speed += linkage->config.length_m[i] *
+                 double_cos(linkage->angle_rad[i]) * linkage->speed_rad_s[i];
         momentum += linkage->config.mass_kg[i] * speed;
     }
     return momentum;
@@ -114,7 +115,7 @@ static void payload_lay_curtain(struct sim_payload *self, double at)
             const double part = (double)c / (SIM_PAYLOAD_COLUMNS - 1);
             pos[0] = from + (at - from) * part;
             /* in folds: out of a plane it would have no side to go to */
-            pos[1] = 0.1 * config->width_m * sin(9 * part);
+            pos[1] = 0.1 * config->width_m * double_sin(9 * part);
             pos[2] = -config->length_m * r / (SIM_PAYLOAD_ROWS - 1);
         }
 }
@@ -165,7 +166,7 @@ static int payload_weave(struct sim_payload *self, double at)
             spring->j / SIM_PAYLOAD_ROWS - spring->i / SIM_PAYLOAD_ROWS;
         const int rows =
             spring->j % SIM_PAYLOAD_ROWS - spring->i % SIM_PAYLOAD_ROWS;
-        spring->rest_m = hypot(across * columns, spacing * rows);
+        spring->rest_m = double_hypot(across * columns, spacing * rows);
     }
     self->held_m = at - CURTAIN_SLACK * config->width_m;
     const int err =
@@ -200,7 +201,7 @@ static double payload_curtain_force(const struct sim_payload *self)
         const double *const a = payload_node(cloth->pos_m, driven);
         const double *const b = payload_node(cloth->pos_m, other);
         const double length =
-            hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
+            double_hypot(double_hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
         if (length > 0)
             force += sim_particles_tension_n(cloth, s) * (a[0] - b[0]) / length;
     }
@@ -226,8 +227,11 @@ static int payload_lay_ball(struct sim_payload *self, double at)
     self->ball = (struct sim_sphere){
         .mass_kg = config->mass_kg,
         .radius_m = config->radius_m,
-        .pos_m = { config->start_m * cos(at) + config->radius_m * sin(at), 0,
-                   config->radius_m * cos(at) - config->start_m * sin(at) },
+        .pos_m = { config->start_m * double_cos(at) +
+                       config->radius_m * double_sin(at),
+                   0,
+                   config->radius_m * double_cos(at) -
+                       config->start_m * double_sin(at) },
     };
     return sim_bodies_init(&self->bodies, &bodies, &self->ball, &self->plate,
                            &self->contact);
@@ -236,8 +240,8 @@ static int payload_lay_ball(struct sim_payload *self, double at)
 /* Along the plate, from its axis. */
 static double payload_ball_m(const struct sim_payload *self)
 {
-    return self->ball.pos_m[0] * cos(self->at) -
-           self->ball.pos_m[2] * sin(self->at);
+    return self->ball.pos_m[0] * double_cos(self->at) -
+           self->ball.pos_m[2] * double_sin(self->at);
 }
 
 /* ---- all of them ---- */
@@ -331,7 +335,7 @@ double sim_payload_off_m(const struct sim_payload *self)
     for (int c = 0; c < SIM_PAYLOAD_COLUMNS; c++) {
         const double *const vel = payload_node(self->particles.vel_m_s,
                                                (c + 1) * SIM_PAYLOAD_ROWS - 1);
-        sum += hypot(vel[0], vel[1]) / SIM_PAYLOAD_COLUMNS;
+        sum += double_hypot(vel[0], vel[1]) / SIM_PAYLOAD_COLUMNS;
     }
     return sum * sqrt(self->config.length_m / GRAVITY);
 }
@@ -366,9 +370,9 @@ unsigned sim_payload_points(const struct sim_payload *self,
     case SIM_PAYLOAD_BALL:
         for (int i = 0; i < 2; i++) {
             const double to = i == 0 ? -half : half;
-            point[i].x = to * cos(self->at);
+            point[i].x = to * double_cos(self->at);
             point[i].y = 0;
-            point[i].z = -to * sin(self->at);
+            point[i].z = -to * double_sin(self->at);
         }
         point[2] = (struct sim_payload_point){ self->ball.pos_m[0],
                                                self->ball.pos_m[1],

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 
 int sim_thermal_init(struct sim_thermal *thermal,
                      const struct sim_thermal_config *config, double load)
@@ -29,7 +30,8 @@ static double sim_thermal_heat(const struct sim_thermal *thermal,
 void sim_thermal_step(struct sim_thermal *thermal, double begin_s,
                       double step_s, const struct sim_signal *current_a)
 {
-    const double half = exp(-0.5 * step_s / thermal->config.time_constant_s);
+    const double half =
+        double_exp(-0.5 * step_s / thermal->config.time_constant_s);
     const double before = thermal->load;
     const double start = sim_thermal_heat(thermal, current_a, 0);
     const double middle = sim_thermal_heat(thermal, current_a, 0.5 * step_s);

@@ -158,7 +158,7 @@ peers-orient: $(SLEW) $(PEERS)/installed
 TOPPRA     ?= toppra==0.6.10
 TOPPRA_DIR := $(BENCH)/toppra
 TOPP_SIDE  := $(patsubst %.c,$(BENCH)/pc/%.o,tests/bench/topp_beside.c \
-              $(MOTION) $(call sources,motion/plan))
+              $(MOTION) $(call sources,motion/double motion/plan))
 
 $(TOPPRA_DIR)/installed: tests/bench/bench.mk
 	$(call say,pip,$(TOPPRA))

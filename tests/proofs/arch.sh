@@ -14,8 +14,9 @@ motion/curve/.*     motion/(core|number|curve)/.*                 freestanding
 motion/path/.*      motion/(core|number|curve|path)/.*            freestanding
 motion/otg/.*       motion/(core|number|otg)/.*                   freestanding
 motion/kinematics/.* motion/(core|number|kinematics)/.*|motion/path/(arclen|head).h freestanding
-motion/plan/topp/.* motion/core/.*|motion/plan/(topp/.*|plan_math.h) any
-motion/plan/(keys|rig)/.* motion/(core|number|curve|path|otg|kinematics)/.*|motion/plan/([^/]*|keys/.*|rig/.*) any
+motion/double/.*    motion/double/.*                              any
+motion/plan/topp/.* motion/core/.*|motion/plan/topp/.*|motion/double/.* any
+motion/plan/(keys|rig)/.* motion/(core|number|curve|path|otg|kinematics|double)/.*|motion/plan/([^/]*|keys/.*|rig/.*) any
 motion/plan/.*      motion/.*                                     any
 tests/.*            .*                                            any
 '
@@ -46,7 +47,7 @@ for kind in hal/drive/*/; do
     rule "$kind.*" "$hal|hal/(can|drive/turn)/.*|$kind.*" bytes
 done
 rule 'hal/linux/.*' "$hal|hal/(can|modbus|gpio|linux)/.*" any
-rule 'sim/.*' 'sim/.*|hal/.*|motion/core/(err|fixed).h' any
+rule 'sim/.*' 'sim/.*|hal/.*|motion/core/(err|fixed).h|motion/double/.*' any
 rule 'firmware/control/.*' \
     'firmware/control/.*|motion/(core|number|curve|path|otg)/.*|hal/(can|gpio|clock|drive|fieldbus).h' \
     bytes
@@ -184,7 +185,7 @@ BEGIN {
         complain("belongs to no room")
         next
     }
-    integer_only = file ~ /^motion\// && file !~ /^motion\/plan\//
+    integer_only = file ~ /^motion\// && file !~ /^motion\/(plan|double)\//
     # The one back end whose machines have 128 bits; its twin has halves.
     has_int128 = file == "motion/core/fixed_int128.h"
     while ((getline line < file) > 0) {

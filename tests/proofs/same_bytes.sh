@@ -14,7 +14,7 @@ record() {
         { cat "$3.out"; exit 1; }
 }
 
-for move in dolly odrive modbus orbit; do
+for move in dolly odrive modbus orbit payload; do
     record "$1" "examples/$move" "$directory/$move-first"
     for slew in "$@"; do
         to=$directory/$move

@@ -14,7 +14,7 @@
 #include "firmware/host/exchange/import.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 
 struct export_anim {
     const struct job *job;
@@ -100,7 +100,7 @@ static double export_anim_angle(const struct export_anim *self, int64_t vel_q32)
 {
     double slope = number_double(vel_q32, 32) * (double)self->fps->den /
                    (double)self->fps->num;
-    return plan_math_atan(slope) * 180 / PLAN_MATH_PI;
+    return double_atan(slope) * 180 / DOUBLE_PI;
 }
 
 static void export_anim_key(const struct export_anim *self,
@@ -211,9 +211,8 @@ static void export_anim_tangent(const struct export_anim *self,
         rise *= span / time;
         time = span;
     }
-    tangent[0] =
-        rise != 0 ? plan_math_atan(rise / time) * 180 / PLAN_MATH_PI : 0;
-    tangent[1] = 3 * plan_math_hypot(time, rise);
+    tangent[0] = rise != 0 ? double_atan(rise / time) * 180 / DOUBLE_PI : 0;
+    tangent[1] = 3 * double_hypot(time, rise);
 }
 
 static void export_anim_handles(const struct export_anim *self,

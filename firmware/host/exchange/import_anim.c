@@ -16,7 +16,7 @@
 #include "firmware/host/exchange/import_anim.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 
 static const struct {
     const char *name;
@@ -263,7 +263,7 @@ static int anim_control(struct anim_read *self, double time, double rise,
 static int anim_read_angle(struct anim_read *self,
                            struct import_anim_side *side)
 {
-    const double quarter = PLAN_MATH_PI / 2;
+    const double quarter = DOUBLE_PI / 2;
     struct import_word word, weight_word;
     double angle, weight;
     if (side->tangent != IMPORT_ANIM_FIXED)
@@ -274,8 +274,8 @@ static int anim_read_angle(struct anim_read *self,
     if (strcmp(self->tangent_angle, "deg") == 0)
         angle *= quarter / 90;
     if (!self->curve.weighted && fabs(angle) < 1.5707963)
-        return anim_slope(self, plan_math_sin(angle) / plan_math_cos(angle),
-                          &word, side);
+        return anim_slope(self, double_sin(angle) / double_cos(angle), &word,
+                          side);
     if (!self->curve.weighted)
         return anim_refuse(self, word.place, word.text,
                            "the tangent is steeper than velocities can be");
@@ -286,9 +286,9 @@ static int anim_read_angle(struct anim_read *self,
         return anim_refuse(self, weight_word.place, weight_word.text,
                            "expected a weight of at least 0");
     /* the cosine of a right angle is not quite 0 */
-    return anim_control(
-        self, fabs(angle) < quarter ? weight * plan_math_cos(angle) : 0,
-        weight * plan_math_sin(angle), &word, side);
+    return anim_control(self,
+                        fabs(angle) < quarter ? weight * double_cos(angle) : 0,
+                        weight * double_sin(angle), &word, side);
 }
 
 static int anim_read_flags(struct anim_read *self)

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 
 #include "firmware/host/exchange/otg_rows.h"
 
@@ -62,9 +62,8 @@ static double distance_time(const double *v, double distance)
     double t = vel > 0 ? fabs(distance) / vel : 0;
     if (acc > 0)
         t = larger(t, sqrt(fabs(distance) / acc));
-    return jerk_of(v) > 0
-               ? larger(t, plan_math_cbrt(fabs(distance) / jerk_of(v)))
-               : t;
+    return jerk_of(v) > 0 ? larger(t, double_cbrt(fabs(distance) / jerk_of(v)))
+                          : t;
 }
 
 /* About the time the move takes, within a few powers of two: ends with an

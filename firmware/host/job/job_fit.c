@@ -9,8 +9,8 @@
 #include "firmware/host/base/number.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/fit/fit.h"
-#include "motion/plan/plan_math.h"
 
 #define JOB_FIT_SPANS_MAX 8 /* that are named; the worst */
 
@@ -92,11 +92,10 @@ static void job_fit_duration(const struct job *job, struct job_fit *fit)
             continue;
         const double ratio =
             fabs((double)violation->value) / (double)violation->limit;
-        const double need = violation->kind == JOB_VEL   ? ratio
-                            : violation->kind == JOB_ACC ? sqrt(ratio)
-                            : violation->kind == JOB_JERK
-                                ? plan_math_cbrt(ratio)
-                                : 0;
+        const double need = violation->kind == JOB_VEL    ? ratio
+                            : violation->kind == JOB_ACC  ? sqrt(ratio)
+                            : violation->kind == JOB_JERK ? double_cbrt(ratio)
+                                                          : 0;
         fit->is_cured = fit->is_cured && need > 0;
         fit->stretch = fmax(fit->stretch, need);
     }

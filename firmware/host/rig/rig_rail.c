@@ -9,7 +9,7 @@
 
 #include "firmware/host/base/number.h"
 #include "motion/core/err.h"
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 
 #define RIG_RAIL_POINTS_MAX 1000
 /* Horizontal part of a tangent, below which there is no heading. */
@@ -68,8 +68,8 @@ static bool rig_is_rail_level(const struct plan_space *space)
         struct motion_arclen_point point;
         motion_arclen_find(&space->table, space->table.row[i].s, &place);
         motion_arclen_by_length(&space->curve, place.piece, place.x, &point);
-        if (plan_math_hypot(plan_rig_real(point.d1[0]),
-                            plan_rig_real(point.d1[1])) < RIG_RAIL_LEVEL)
+        if (double_hypot(plan_rig_real(point.d1[0]),
+                         plan_rig_real(point.d1[1])) < RIG_RAIL_LEVEL)
             return false;
     }
     return true;

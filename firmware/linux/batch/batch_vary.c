@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "firmware/host/base/units.h"
+#include "motion/double/double_math.h"
 
 struct vary_what {
     const char *word;
@@ -281,7 +282,7 @@ static double vary_gauss(uint64_t seed, uint64_t run, uint64_t key)
     const double angle =
         6.283185307179586 * vary_chance(seed, run, key | UINT64_C(1) << 62);
 
-    return sqrt(-2 * log(radius)) * cos(angle);
+    return sqrt(-2 * double_log(radius)) * double_cos(angle);
 }
 
 double batch_item_value(const struct batch_vary *vary, unsigned item,

@@ -3,9 +3,9 @@
 #include <stdbool.h>
 
 #include "motion/core/fixed.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/fit/fit.h"
 #include "motion/plan/keys/move_internal.h"
-#include "motion/plan/plan_math.h"
 
 /* Largest |value| / limit; as the checker judges: velocity to the last bit,
  * acceleration and jerk without what rounding has added. */
@@ -37,7 +37,7 @@ static struct plan_fit_need need_of(const struct motion_segment *segment,
     need_ratios(segment, limit, ratio);
     if (!corner) {
         ratio[1] = sqrt(fmax(ratio[1], 0));
-        ratio[2] = plan_math_cbrt(ratio[2]);
+        ratio[2] = double_cbrt(ratio[2]);
     }
     for (unsigned i = 0; i < PLAN_FIT_ORDERS; i++)
         if (ratio[i] > need.stretch)

@@ -13,7 +13,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/core/track.h"
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 
 #define FIT_TIME_BITS 7  /* log2 of the longest duration, in s */
 #define FIT_SIZE_BITS 28 /* of the largest displacement */
@@ -21,8 +21,7 @@
 double plan_fit_stretch(const double ratio[PLAN_FIT_ORDERS],
                         unsigned *decided_by)
 {
-    const double need[] = { ratio[0], sqrt(ratio[1]),
-                            plan_math_cbrt(ratio[2]) };
+    const double need[] = { ratio[0], sqrt(ratio[1]), double_cbrt(ratio[2]) };
     double stretch = 1;
 
     *decided_by = 0;

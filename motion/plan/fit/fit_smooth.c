@@ -21,10 +21,10 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/fit/fit_internal.h"
 #include "motion/plan/keys/move_internal.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_math.h"
 
 #define SMOOTH_REST    2 /* keys at rest on either side */
 #define SMOOTH_BESIDE  4 /* keys on either side of a violation that are free */
@@ -287,7 +287,7 @@ static void smooth_tighten(struct smooth *self)
             continue;
         self->key[at].margin[order - 1] = fmin(
             fmax(SMOOTH_LEAST, SMOOTH_TIGHTER * smooth_around(self, at, order) /
-                                   plan_math_power(need->stretch, order)),
+                                   double_power(need->stretch, order)),
             SMOOTH_WIDEST);
         if (!(need->stretch > 1))
             continue;
@@ -314,7 +314,7 @@ static int smooth_give_up(const struct smooth *self, double tolerance)
         "%s "
         "between keys %u and %u: a larger tolerance or a longer time would "
         "help",
-        self->from->name, tolerance, plan_math_power(own[worst].stretch, order),
+        self->from->name, tolerance, double_power(own[worst].stretch, order),
         word[order - 1], worst + 1, worst + 2);
 }
 

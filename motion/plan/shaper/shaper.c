@@ -14,8 +14,8 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_math.h"
 
 #define SHAPER_UNKNOWNS   11
 #define SHAPER_STEP       0.02 /* of damping */
@@ -54,9 +54,9 @@ static struct shaper_value shaper_response(uint32_t count, const double a[],
     for (uint32_t i = 0; i < count; i++) {
         const double re = damping * (tau[i] - tau[count - 1]);
         const double im = root * tau[i];
-        const double size = a[i] * plan_math_exp(x * re);
-        const struct shaper_value e = { size * plan_math_cos(x * im),
-                                        size * plan_math_sin(x * im) };
+        const double size = a[i] * double_exp(x * re);
+        const struct shaper_value e = { size * double_cos(x * im),
+                                        size * double_sin(x * im) };
         sum.re += slope ? re * e.re - im * e.im : e.re;
         sum.im += slope ? re * e.im + im * e.re : e.im;
     }
@@ -65,7 +65,7 @@ static struct shaper_value shaper_response(uint32_t count, const double a[],
 
 static double shaper_period(double damping)
 {
-    return 2 * PLAN_MATH_PI / sqrt(1 - damping * damping);
+    return 2 * DOUBLE_PI / sqrt(1 - damping * damping);
 }
 
 /* --- the equations of EI and EI2 ------------------------------------------ */
@@ -136,19 +136,18 @@ static void shaper_undamped(const struct shaper_system *system,
     const double v = system->residual;
 
     if (!shaper_has_humps(system)) {
-        const double x = plan_math_acos(-(1 - v) / (1 + v)) / PLAN_MATH_PI;
+        const double x = double_acos(-(1 - v) / (1 + v)) / DOUBLE_PI;
         const double known[] = { (1 + v) / 4, (1 - v) / 2, (1 + v) / 4,
                                  0.5,         x,           2 - x };
         memcpy(unknown, known, sizeof known);
         return;
     }
     /* H is 2 A0 cos 3c + 2 A1 cos c with c = pi x / 2, about its middle */
-    const double x = plan_math_cbrt(v * v * (sqrt(1 - v * v) + 1));
+    const double x = double_cbrt(v * v * (sqrt(1 - v * v) + 1));
     const double a = (3 * x * x + 2 * x + 3 * v * v) / (16 * x), b = 0.5 - a;
-    const double zero =
-        2 / PLAN_MATH_PI * plan_math_acos(sqrt((3 - b / a) / 4));
+    const double zero = 2 / DOUBLE_PI * double_acos(sqrt((3 - b / a) / 4));
     const double hump =
-        1 - 2 / PLAN_MATH_PI * plan_math_acos(sqrt((3 + b / (3 * a)) / 4));
+        1 - 2 / DOUBLE_PI * double_acos(sqrt((3 + b / (3 * a)) / 4));
     const double known[] = { a,   b,    b,        a,    0.5,     1,
                              1.5, zero, 2 - zero, hump, 2 - hump };
     memcpy(unknown, known, sizeof known);
@@ -300,7 +299,7 @@ static void shaper_design_zv(const struct plan_shaper_request *request,
                              struct plan_shaper *shaper)
 {
     const double z = request->damping;
-    const double k = plan_math_exp(-z * PLAN_MATH_PI / sqrt(1 - z * z));
+    const double k = double_exp(-z * DOUBLE_PI / sqrt(1 - z * z));
     const double half = shaper_period(z) / 2, sum = 1 + k;
 
     shaper->time_s[0] = 0;
@@ -395,7 +394,7 @@ int plan_shaper_design(const struct plan_shaper_request *request,
     else
         err = shaper_design_ei(request, shaper, error);
     for (uint32_t i = 0; i < shaper->count; i++)
-        shaper->time_s[i] /= 2 * PLAN_MATH_PI * request->frequency_hz;
+        shaper->time_s[i] /= 2 * DOUBLE_PI * request->frequency_hz;
     for (uint32_t i = shaper->count; i < MOTION_SHAPER_IMPULSES_MAX; i++)
         shaper->amplitude[i] = shaper->time_s[i] = 0;
     for (unsigned i = 0; i < shaper->zeros; i++)
@@ -410,11 +409,11 @@ int plan_shaper_design(const struct plan_shaper_request *request,
 double plan_shaper_residual(const struct plan_shaper *shaper,
                             double frequency_hz)
 {
-    const struct shaper_value h = shaper_response(
-        shaper->count, shaper->amplitude, shaper->time_s, shaper->damping,
-        2 * PLAN_MATH_PI * frequency_hz, false);
+    const struct shaper_value h =
+        shaper_response(shaper->count, shaper->amplitude, shaper->time_s,
+                        shaper->damping, 2 * DOUBLE_PI * frequency_hz, false);
 
-    return plan_math_hypot(h.re, h.im);
+    return double_hypot(h.re, h.im);
 }
 
 double plan_shaper_delay(const struct plan_shaper *shaper)
@@ -431,13 +430,13 @@ double plan_shaper_delay(const struct plan_shaper *shaper)
 double plan_shaper_group_delay(const struct plan_shaper *shaper,
                                double frequency_hz)
 {
-    const double rate = 2 * PLAN_MATH_PI * frequency_hz;
+    const double rate = 2 * DOUBLE_PI * frequency_hz;
     struct shaper_value f = { 0, 0 }, d = { 0, 0 };
 
     for (uint32_t i = 0; i < shaper->count; i++) {
         const double t = shaper->time_s[i];
-        const double re = shaper->amplitude[i] * plan_math_cos(rate * t);
-        const double im = -shaper->amplitude[i] * plan_math_sin(rate * t);
+        const double re = shaper->amplitude[i] * double_cos(rate * t);
+        const double im = -shaper->amplitude[i] * double_sin(rate * t);
         f.re += re;
         f.im += im;
         d.re += t * re;

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_math.h"
 
 #define FIT_GRID        4096 /* even samples for the periodogram */
 #define FIT_STEPS       400  /* of the simplex, at most */
@@ -98,12 +98,11 @@ static void fit_basis(const struct fit_rows *rows, uint32_t i, double w,
                       double z, double basis[3])
 {
     const double t = rows->t_s[i] - rows->t_s[0];
-    const double size = plan_math_exp(-z * w * t),
-                 phase = w * sqrt(1 - z * z) * t;
+    const double size = double_exp(-z * w * t), phase = w * sqrt(1 - z * z) * t;
 
     basis[0] = 1;
-    basis[1] = size * plan_math_cos(phase);
-    basis[2] = size * plan_math_sin(phase);
+    basis[1] = size * double_cos(phase);
+    basis[2] = size * double_sin(phase);
 }
 
 static struct fit_model fit_linear(const struct fit_rows *rows, double w,
@@ -159,8 +158,8 @@ static double fit_peak(const double even[FIT_GRID], double span_s,
 
     for (int i = 3; i <= most_hz * 4 * span_s; i++) {
         const double hz = i / (4 * span_s);
-        const double turn = 2 * PLAN_MATH_PI * hz * span_s / (FIT_GRID - 1);
-        const double twice = 2 * plan_math_cos(turn);
+        const double turn = 2 * DOUBLE_PI * hz * span_s / (FIT_GRID - 1);
+        const double twice = 2 * double_cos(turn);
         double s1 = 0, s2 = 0;
         for (int k = 0; k < FIT_GRID; k++) {
             const double s = even[k] + twice * s1 - s2;
@@ -187,7 +186,7 @@ static struct fit_point fit_at(const struct fit_rows *rows, double log_w,
 {
     struct fit_point point = { log_w, fmin(fmax(z, 0), FIT_DAMPING_MAX), 0 };
 
-    point.squares = fit_linear(rows, plan_math_exp(log_w), point.z).squares;
+    point.squares = fit_linear(rows, double_exp(log_w), point.z).squares;
     return point;
 }
 
@@ -258,7 +257,7 @@ static struct fit_point fit_search(const struct fit_rows *rows, double peak_hz)
     for (unsigned i = 0; i < sizeof damping / sizeof *damping; i++) {
         const double z = damping[i];
         const double log_w =
-            plan_math_log(2 * PLAN_MATH_PI * peak_hz / sqrt(1 - z * z));
+            double_log(2 * DOUBLE_PI * peak_hz / sqrt(1 - z * z));
         const struct fit_point point = fit_at(rows, log_w, z);
         if (point.squares < best.squares)
             best = point;
@@ -330,14 +329,14 @@ int plan_shaper_fit(const double t_s[], const double x[], uint32_t count,
     const struct fit_point point =
         fit_search(&rows, fit_peak(even, rows.span_s, most_hz));
     const struct fit_model model =
-        fit_linear(&rows, plan_math_exp(point.log_w), point.z);
+        fit_linear(&rows, double_exp(point.log_w), point.z);
     free(even);
     for (uint32_t i = 0; i < rows.count; i++)
         plain += (rows.x[i] - model.c) * (rows.x[i] - model.c);
     *fit = (struct plan_shaper_fit){
-        .frequency_hz = plan_math_exp(point.log_w) / (2 * PLAN_MATH_PI),
+        .frequency_hz = double_exp(point.log_w) / (2 * DOUBLE_PI),
         .damping = point.z,
-        .amplitude = plan_math_hypot(model.a, model.b),
+        .amplitude = double_hypot(model.a, model.b),
         .settled = model.c,
         .rms = sqrt(model.squares / rows.count),
         .explained = plain > 0 ? 1 - model.squares / plain : 0,

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "motion/core/err.h"
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/topp/topp_band.h"
 
 #define BARRIER_POINTS   3 /* of an interval */
@@ -233,7 +233,7 @@ static double barrier_value(const struct topp_barrier *self, const double z[],
     for (uint32_t i = 0; i < self->intervals; i++) {
         if (!(z[i + 1] > 0))
             return INFINITY;
-        barrier -= barrier_width(self, i) * plan_math_log(z[i + 1]);
+        barrier -= barrier_width(self, i) * double_log(z[i + 1]);
         for (unsigned j = 0; j < BARRIER_POINTS; j++) {
             const size_t p = (size_t)i * BARRIER_POINTS + j;
             const double by = point_weight[j] * barrier_width(self, i);
@@ -243,13 +243,13 @@ static double barrier_value(const struct topp_barrier *self, const double z[],
             barrier_apply(map, z + i, y);
             if (!(y[0] > 0) || !(y[0] < self->bound[p]))
                 return INFINITY;
-            sum = plan_math_log(1 - y[0] / self->bound[p]);
+            sum = double_log(1 - y[0] / self->bound[p]);
             for (unsigned k = 0; k < self->axes; k++) {
                 const double left = barrier_left(
                     &self->limit[k], self->r[p * self->axes + k], y);
                 if (!(left > 0))
                     return INFINITY;
-                sum += plan_math_log(left);
+                sum += double_log(left);
             }
             time += by / sqrt(y[0]);
             barrier -= by * sum;

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/topp/topp_poly.h"
 
 #define BOUND_AXIS (PLAN_TOPP_DEGREE_MAX * TOPP_CHAIN_DEGREE) /* degree */
@@ -29,7 +29,7 @@ struct bound_axis {
 double topp_bound_stretch(const struct topp_shares *shares)
 {
     return fmax(shares->vel,
-                fmax(sqrt(shares->acc), plan_math_cbrt(shares->jerk)));
+                fmax(sqrt(shares->acc), double_cbrt(shares->jerk)));
 }
 
 /* --- polynomials ------------------------------------------------------------- */

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "motion/core/err.h"
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/topp/topp.h"
 #include "motion/plan/topp/topp_poly.h"
 
@@ -70,7 +70,7 @@ static void path_powers(const struct motion_segment *segment, int64_t at,
     for (unsigned k = 0; k <= MOTION_TRACK_DEGREE; k++)
         power[k] =
             ldexp((double)segment->coef[k], -32 - segment->frac - (int)k) /
-            plan_math_power(dur, k);
+            double_power(dur, k);
     power[0] += ldexp((double)segment->pos_q32, -32);
     power[1] += ldexp((double)segment->remainder, -32) / dur;
     topp_poly_shift(MOTION_TRACK_DEGREE, power, t);

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/topp/topp.h"
 
 /* atanh(sqrt z) / sqrt z for z >= 0, atan(sqrt -z) / sqrt -z below. */
@@ -13,7 +13,7 @@ static double topp_arc(double z)
     if (fabs(z) < 1e-3)
         return 1 + z * (1. / 3 + z * (1. / 5 + z * (1. / 7 + z * (1. / 9))));
     const double r = sqrt(fabs(z));
-    return (z > 0 ? plan_math_atanh(r) : plan_math_atan(r)) / r;
+    return (z > 0 ? double_atanh(r) : double_atan(r)) / r;
 }
 
 /* 2 h atanh(sqrt(a) / w) / sqrt(a), a = x0 - 2 x1 + x2 and
@@ -23,7 +23,7 @@ double topp_time(const double x[3], double h)
     const double w = sqrt(x[0]) + sqrt(x[2]);
 
     if (w == 0) /* from rest to rest */
-        return h * PLAN_MATH_PI / sqrt(2 * x[1]);
+        return h * DOUBLE_PI / sqrt(2 * x[1]);
     return 2 * h / w * topp_arc((x[0] - 2 * x[1] + x[2]) / (w * w));
 }
 
@@ -42,7 +42,7 @@ static void topp_inside(const double x[3], double h, double t,
     const double z = curve * t * t;
     double s, c1; /* sinh(k t) / (k t), (cosh(k t) - 1) / (k t)^2 */
 
-    plan_math_sinch(z, &s, &c1);
+    double_sinch(z, &s, &c1);
     state->s = r * t * s + b * t * t * c1;
     state->vel = r * (1 + z * c1) + b * t * s;
     state->acc = b + curve * state->s;

@@ -1,5 +1,5 @@
-/* motion/plan/plan_math.c - see plan_math.h. */
-#include "motion/plan/plan_math.h"
+/* motion/double/double_math.c - see double_math.h. */
+#include "motion/double/double_math.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -24,7 +24,7 @@ static double math_atanh_twice(double s)
 }
 
 /* x = 2^e m with m next to 1, and ln m = 2 atanh((m - 1) / (m + 1)). */
-double plan_math_log(double x)
+double double_log(double x)
 {
     int e;
     double m = frexp(x, &e);
@@ -36,7 +36,7 @@ double plan_math_log(double x)
     return e * LN2_HIGH + (e * LN2_LOW + math_atanh_twice((m - 1) / (m + 1)));
 }
 
-double plan_math_exp(double x)
+double double_exp(double x)
 {
     if (x < -745)
         return 0;
@@ -51,7 +51,7 @@ double plan_math_exp(double x)
     return ldexp(sum, (int)n);
 }
 
-double plan_math_power(double x, unsigned n)
+double double_power(double x, unsigned n)
 {
     double power = 1;
 
@@ -64,7 +64,7 @@ double plan_math_power(double x, unsigned n)
 }
 
 /* Newton's method from within 10 %: the error is squared each time. */
-double plan_math_cbrt(double x)
+double double_cbrt(double x)
 {
     int e;
     double m = frexp(fabs(x), &e);
@@ -93,7 +93,7 @@ static void math_sincos_small(double r, double *s, double *c)
     *c = cosine;
 }
 
-static void math_sincos(double x, double *s, double *c)
+void double_sincos(double x, double *s, double *c)
 {
     const double n = floor(x / QUARTER_HIGH + 0.5);
     double sine, cosine;
@@ -111,25 +111,25 @@ static void math_sincos(double x, double *s, double *c)
         *c = -*c;
 }
 
-double plan_math_sin(double x)
+double double_sin(double x)
 {
     double s, c;
 
-    math_sincos(x, &s, &c);
+    double_sincos(x, &s, &c);
     return s;
 }
 
-double plan_math_cos(double x)
+double double_cos(double x)
 {
     double s, c;
 
-    math_sincos(x, &s, &c);
+    double_sincos(x, &s, &c);
     return c;
 }
 
 /* Halved twice, atan(x) = 2 atan(x / (1 + sqrt(1 + x^2))), it is at most 0.199:
  * the last term is x^23 / 23. */
-double plan_math_atan(double x)
+double double_atan(double x)
 {
     const double size = fabs(x);
     double y = size > 1 ? 1 / size : size;
@@ -142,24 +142,24 @@ double plan_math_atan(double x)
         sum = 1. / n - z * sum;
     sum *= 4 * y;
     if (size > 1)
-        sum = PLAN_MATH_PI / 2 - sum;
+        sum = DOUBLE_PI / 2 - sum;
     return x < 0 ? -sum : sum;
 }
 
 /* tan(a / 2) = sqrt((1 - cos a) / (1 + cos a)) */
-double plan_math_acos(double x)
+double double_acos(double x)
 {
-    return x > -1 ? 2 * plan_math_atan(sqrt((1 - x) / (1 + x))) : PLAN_MATH_PI;
+    return x > -1 ? 2 * double_atan(sqrt((1 - x) / (1 + x))) : DOUBLE_PI;
 }
 
-double plan_math_atanh(double x)
+double double_atanh(double x)
 {
     return fabs(x) <= 0.1715 ? math_atanh_twice(x) / 2
-                             : plan_math_log((1 + x) / (1 - x)) / 2;
+                             : double_log((1 + x) / (1 - x)) / 2;
 }
 
 /* By their series up to |z| = 1, where the last term is 1 / 19!. */
-void plan_math_sinch(double z, double *sinch, double *cosh1)
+void double_sinch(double z, double *sinch, double *cosh1)
 {
     if (fabs(z) <= 1) {
         double s = 1, c = 1;
@@ -174,18 +174,18 @@ void plan_math_sinch(double z, double *sinch, double *cosh1)
     const double k = sqrt(fabs(z));
     double s, c, half;
     if (z > 0) {
-        const double e = plan_math_exp(k / 2);
+        const double e = double_exp(k / 2);
         half = (e - 1 / e) / 2;
         s = (e * e - 1 / (e * e)) / 2;
     } else {
-        math_sincos(k, &s, &c);
-        half = plan_math_sin(k / 2);
+        double_sincos(k, &s, &c);
+        half = double_sin(k / 2);
     }
     *sinch = s / k;
     *cosh1 = 2 * half * half / fabs(z);
 }
 
-double plan_math_hypot(double x, double y)
+double double_hypot(double x, double y)
 {
     return sqrt(x * x + y * y);
 }

@@ -1,4 +1,4 @@
-/* tests/motion/plan/test_plan_math.c - elementary functions, beside those of the
+/* tests/motion/plan/test_double_math.c - elementary functions, beside those of the
  * C library in long double. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "motion/plan/plan_math.h"
+#include "motion/double/double_math.h"
 
 #define STEPS 20011
 
@@ -34,16 +34,16 @@ static void logarithms_and_powers(void **state)
     for (int i = 0; i <= STEPS; i++) {
         const double x = log_between(1e-300, 1e300, i);
         const double y = 0.5 + 1.5 * i / STEPS, z = -700 + 1400. * i / STEPS;
-        near("log", x, plan_math_log(x), logl(x), 2.5);
-        near("cbrt", x, plan_math_cbrt(x), cbrtl(x), 3);
-        near("cbrt", -x, plan_math_cbrt(-x), -cbrtl(x), 3);
-        near("log", y, plan_math_log(y), logl(y), 4);
-        near("exp", z, plan_math_exp(z), expl(z), 3);
-        near("power", y, plan_math_power(y, 5), powl(y, 5), 6);
+        near("log", x, double_log(x), logl(x), 2.5);
+        near("cbrt", x, double_cbrt(x), cbrtl(x), 3);
+        near("cbrt", -x, double_cbrt(-x), -cbrtl(x), 3);
+        near("log", y, double_log(y), logl(y), 4);
+        near("exp", z, double_exp(z), expl(z), 3);
+        near("power", y, double_power(y, 5), powl(y, 5), 6);
     }
-    assert_true(plan_math_log(1) == 0 && plan_math_cbrt(0) == 0);
-    assert_true(plan_math_exp(0) == 1 && plan_math_exp(-1e9) == 0);
-    assert_true(isinf(plan_math_exp(1e9)) && plan_math_power(3, 0) == 1);
+    assert_true(double_log(1) == 0 && double_cbrt(0) == 0);
+    assert_true(double_exp(0) == 1 && double_exp(-1e9) == 0);
+    assert_true(isinf(double_exp(1e9)) && double_power(3, 0) == 1);
 }
 
 static void angles(void **state)
@@ -52,18 +52,18 @@ static void angles(void **state)
     for (int i = 0; i <= STEPS; i++) {
         const double x = log_between(1e-6, 1e6, i);
         const double u = -1 + 2. * i / STEPS;
-        near("atan", x, plan_math_atan(x), atanl(x), 6);
-        near("atan", -x, plan_math_atan(-x), -atanl(x), 6);
-        near("acos", u, plan_math_acos(u), acosl(u), 8);
-        if (fabs(plan_math_sin(x) - (double)sinl(x)) > 0x1p-51 ||
-            fabs(plan_math_cos(-x) - (double)cosl(x)) > 0x1p-51)
+        near("atan", x, double_atan(x), atanl(x), 6);
+        near("atan", -x, double_atan(-x), -atanl(x), 6);
+        near("acos", u, double_acos(u), acosl(u), 8);
+        if (fabs(double_sin(x) - (double)sinl(x)) > 0x1p-51 ||
+            fabs(double_cos(-x) - (double)cosl(x)) > 0x1p-51)
             fail_msg("sine or cosine of %a", x);
         if (i > 0 && i < STEPS)
-            near("atanh", u, plan_math_atanh(u), atanhl(u), 6);
+            near("atanh", u, double_atanh(u), atanhl(u), 6);
     }
-    assert_true(plan_math_atan(0) == 0 && plan_math_sin(0) == 0);
-    near("atan", INFINITY, plan_math_atan(INFINITY), acosl(0), 1);
-    near("hypot", 3, plan_math_hypot(3, -4), 5, 0);
+    assert_true(double_atan(0) == 0 && double_sin(0) == 0);
+    near("atan", INFINITY, double_atan(INFINITY), acosl(0), 1);
+    near("hypot", 3, double_hypot(3, -4), 5, 0);
 }
 
 /* What rounding k^2 takes from them grows with k. */
@@ -74,10 +74,10 @@ static void cosh_and_cos_divided(void **state)
         const double z = log_between(1e-9, 1e4, i), k = sqrt(z);
         const long double kl = sqrtl(z), half = sinhl(kl / 2);
         double s, c;
-        plan_math_sinch(z, &s, &c);
+        double_sinch(z, &s, &c);
         near("sinch", z, s, sinhl(kl) / kl, 8 + k);
         near("cosh1", z, c, 2 * half * half / z, 8 + k);
-        plan_math_sinch(-z, &s, &c);
+        double_sinch(-z, &s, &c);
         if (fabs(s * k - (double)sinl(kl)) > 0x1p-50 * (1 + k) ||
             fabs(c * z - (double)(1 - cosl(kl))) > 0x1p-50 * (1 + k))
             fail_msg("at %a", -z);
@@ -92,10 +92,10 @@ static void the_bits_are_these(void **state)
     (void)state;
     for (int i = 1; i <= 1000; i++) {
         const double x = i / 512.;
-        const double all[] = { plan_math_log(x),      plan_math_exp(x),
-                               plan_math_cbrt(x),     plan_math_sin(x),
-                               plan_math_cos(x),      plan_math_atan(x),
-                               plan_math_atanh(x / 2) };
+        const double all[] = { double_log(x),      double_exp(x),
+                               double_cbrt(x),     double_sin(x),
+                               double_cos(x),      double_atan(x),
+                               double_atanh(x / 2) };
         for (unsigned k = 0; k < sizeof all / sizeof *all; k++) {
             uint64_t bits;
             memcpy(&bits, &all[k], sizeof bits);
