@@ -242,7 +242,7 @@ const char *number_word(uint64_t count, const char *one, const char *more)
 
 double number_double(int64_t value, unsigned bits)
 {
-    return ldexp((double)value, -(int)bits);
+    return (double)value * (1 / (double)(UINT64_C(1) << bits));
 }
 
 const char *number_unit(char text[NUMBER_UNIT_MAX], enum units_axis unit,

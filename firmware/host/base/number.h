@@ -44,6 +44,7 @@ int number_parse_decimal(const char *text, unsigned digits, int64_t *value,
 /* The word for so many: "axis" of 1, "axes" of 0 and of 2. */
 const char *number_word(uint64_t count, const char *one, const char *more);
 
+/* value / 2^bits, bits below 64; rounded once, to a double. */
 double number_double(int64_t value, unsigned bits);
 
 /* "mm", "mm/s", "mm/s2", "mm/s3" for order 0..3. */

@@ -10,7 +10,7 @@
 #define QUOTE_SHOWN_MAX 40
 
 /* Invisible or line-breaking: C0, DEL and C1, soft hyphen, zero-width and
- * direction marks, separators, byte order mark, non-characters. */
+ * direction marks, separators, byte order mark, non-characters; ascending. */
 static const struct {
     uint32_t first, last;
 } quote_unprintable[] = {
@@ -23,9 +23,8 @@ static const struct {
 bool quote_is_printable(uint32_t character)
 {
     for (size_t i = 0; i < ARRAY_LEN(quote_unprintable); i++)
-        if (character >= quote_unprintable[i].first &&
-            character <= quote_unprintable[i].last)
-            return false;
+        if (character <= quote_unprintable[i].last)
+            return character < quote_unprintable[i].first;
     return true;
 }
 
