@@ -105,9 +105,11 @@ static struct move_text_source repair_source(const struct repair *self,
                                              const struct files *files,
                                              char message[YAML_MESSAGE_MAX])
 {
-    return (struct move_text_source){ files, self->before->move_path,
-                                      &self->before->rig, &self->before->move,
-                                      message };
+    return (struct move_text_source){ .files = files,
+                                      .path = self->before->move_path,
+                                      .rig = &self->before->rig,
+                                      .was = &self->before->move,
+                                      .message = message };
 }
 
 static void repair_drop(struct repair *self)

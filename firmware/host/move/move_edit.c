@@ -559,14 +559,34 @@ static int edit_one(struct edit *self, const struct move_edit *edit)
     }
 }
 
+/* What was read before is only looked at: its edits are those of this list. */
+static int edit_open(struct edit *self)
+{
+    const struct move_text_source *source = self->source;
+    const struct yaml_report report = { source->path, source->message,
+                                        YAML_MESSAGE_MAX };
+
+    if (source->text == NULL)
+        return yaml_text_open(&self->yaml, source->files, &report);
+    self->yaml = *source->text;
+    self->yaml.tree.report = report;
+    return 0;
+}
+
+static void edit_close(struct edit *self)
+{
+    if (self->source->text == NULL)
+        yaml_text_close(&self->yaml);
+    else
+        memory_free(self->yaml.edit);
+}
+
 int move_edit_apply(const struct move_text_source *source,
                     const struct move_edit edit[], uint32_t edits,
                     struct move_text *text)
 {
-    const struct yaml_report report = { source->path, source->message,
-                                        YAML_MESSAGE_MAX };
     struct edit self = { .source = source, .edit = edit, .edits = edits };
-    int err = yaml_text_open(&self.yaml, source->files, &report);
+    int err = edit_open(&self);
 
     *text = (struct move_text){ .data = NULL };
     for (uint32_t i = 0; i < edits && err == 0; i++)
@@ -578,7 +598,7 @@ int move_edit_apply(const struct move_text_source *source,
         self.yaml.edit = NULL;
         err = edit_order(&self, text);
     }
-    yaml_text_close(&self.yaml);
+    edit_close(&self);
     if (err < 0)
         move_text_free(text);
     return err;

@@ -35,7 +35,8 @@ struct move_edit {
 };
 
 /* The edits in the text of source->path, of which source->was was read; keys of
- * an axis that would pass each other are put in the order of their times.  0, or
+ * an axis that would pass each other are put in the order of their times.  With
+ * source->text the file is not read again.  0, or
  * -1 with the sentence written and nothing allocated; move_text_free. */
 int move_edit_apply(const struct move_text_source *source,
                     const struct move_edit edit[], uint32_t edits,

@@ -23,7 +23,8 @@ struct move_text_source {
     const char *path;
     const struct rig *rig;
     const struct plan_move *was;
-    char *message; /* YAML_MESSAGE_MAX */
+    char *message;                /* YAML_MESSAGE_MAX */
+    const struct yaml_text *text; /* of the file, read before; NULL: not yet */
 };
 
 /* 0, or -1 with the sentence written and nothing allocated. */
