@@ -120,6 +120,13 @@ static void job_say_unverified(const char *path, const struct rig *rig,
                          rig->map[rig->axis[i].map].title);
 }
 
+static void job_say_rig(const char *path, const struct rig *rig,
+                        struct messages *messages)
+{
+    job_say_unsupervised(path, rig, messages);
+    job_say_unverified(path, rig, messages);
+}
+
 enum status job_read_rig(const struct files *files, const char *path,
                          struct rig *rig, struct messages *messages)
 {
@@ -128,8 +135,7 @@ enum status job_read_rig(const struct files *files, const char *path,
         messages_add(messages, MESSAGE_ERROR, "%s", message);
         return STATUS_INPUT;
     }
-    job_say_unsupervised(path, rig, messages);
-    job_say_unverified(path, rig, messages);
+    job_say_rig(path, rig, messages);
     return STATUS_OK;
 }
 
@@ -396,14 +402,24 @@ static enum status job_open_move(struct job *job, const struct files *files)
     return job_plan(job);
 }
 
+static enum status job_open_rig(struct job *job, const struct files *files,
+                                const struct rig *rig)
+{
+    if (rig == NULL)
+        return job_read_rig(files, job->rig_path, &job->rig, &job->messages);
+    job->rig = *rig;
+    job->is_rig_lent = true;
+    job_say_rig(job->rig_path, rig, &job->messages);
+    return STATUS_OK;
+}
+
 static enum status job_open_zeroed(struct job *job, const struct files *files,
                                    const char *rig_path, const char *move_path,
-                                   bool any)
+                                   bool any, const struct rig *rig)
 {
     snprintf(job->rig_path, sizeof job->rig_path, "%s", rig_path);
     snprintf(job->move_path, sizeof job->move_path, "%s", move_path);
-    enum status status =
-        job_read_rig(files, rig_path, &job->rig, &job->messages);
+    enum status status = job_open_rig(job, files, rig);
     if (status != STATUS_OK)
         return status;
     job->shots =
@@ -424,18 +440,18 @@ enum status job_open(struct job *job, const struct files *files,
 {
     memset(job, 0, sizeof *job);
     job->progress = progress;
-    return job_open_zeroed(job, files, rig_path, move_path, any);
+    return job_open_zeroed(job, files, rig_path, move_path, any, NULL);
 }
 
 enum status job_open_again(struct job *job, const struct files *files,
                            const char *rig_path, const char *move_path,
-                           const struct job *former)
+                           const struct job *former, const struct rig *rig)
 {
     memset(job, 0, sizeof *job);
     job->keeps = true;
     job->former = former;
     job->memo = memory_new(1, sizeof *job->memo);
-    return job_open_zeroed(job, files, rig_path, move_path, false);
+    return job_open_zeroed(job, files, rig_path, move_path, false, rig);
 }
 
 void job_free(struct job *job)
@@ -454,7 +470,8 @@ void job_free(struct job *job)
     compiled_close(job->compiled);
     move_free(&job->move);
     memory_free(job->violation);
-    rig_free(&job->rig);
+    if (!job->is_rig_lent)
+        rig_free(&job->rig);
     memory_pool_free(&job->memory);
     messages_free(&job->messages);
     memset(job, 0, sizeof *job);
@@ -567,12 +584,12 @@ static const struct plan_facts *job_walk_facts(void *context)
 
 static uint32_t job_find(const struct job *job, unsigned i,
                          const struct plan_limit *limit,
-                         struct plan_violation *found, uint32_t capacity)
+                         struct plan_violation *found, uint32_t capacity,
+                         const struct plan_progress *progress)
 {
     struct job_walk walk = {
         .job = job,
-        .progress =
-            capacity == 0 ? job->progress : NULL, /* not a second time */
+        .progress = progress,
         .axis = i,
         .count = job->compiled != NULL ? job->compiled->file.axis[i].segments
                                        : job->track[i].count,
@@ -615,8 +632,8 @@ static struct job_violation job_violation_of(const struct job *job, unsigned i,
     return violation;
 }
 
-static bool job_is_segment(const struct motion_segment *a,
-                           const struct motion_segment *b)
+bool job_same_segment(const struct motion_segment *a,
+                      const struct motion_segment *b)
 {
     return a->start_ns_q12 == b->start_ns_q12 &&
            a->dur_ns_q12 == b->dur_ns_q12 && a->pos_q32 == b->pos_q32 &&
@@ -631,7 +648,7 @@ static struct plan_facts *job_facts(const struct motion_track *track,
                                     const struct plan_facts *known)
 {
     struct plan_facts *facts =
-        memory_new((size_t)track->count + 1, sizeof *facts);
+        memory_resize(NULL, (size_t)track->count + 1, sizeof *facts);
     uint32_t k = 0;
 
     for (uint32_t i = 0; i < track->count; i++) {
@@ -640,7 +657,7 @@ static struct plan_facts *job_facts(const struct motion_track *track,
                former->segment[k].start_ns_q12 < segment->start_ns_q12)
             k++;
         if (known != NULL && k < former->count &&
-            job_is_segment(segment, &former->segment[k]))
+            job_same_segment(segment, &former->segment[k]))
             facts[i] = known[k];
         else
             plan_facts_of(segment, &facts[i]);
@@ -663,15 +680,21 @@ static void job_keep_facts(struct job *job)
     job->former = NULL;
 }
 
+/* Room for so many at first; for more the axis is judged a second time. */
+#define JOB_VIOLATIONS 256
+
 static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 {
+    uint32_t room = JOB_VIOLATIONS;
+    struct plan_violation *found = memory_new(room, sizeof *found);
     struct plan_limit limit;
     job_fit_limit(job, i, &limit);
-    uint32_t count = job_find(job, i, &limit, NULL, 0);
-    if (count == 0)
-        return;
-    struct plan_violation *found = memory_new(count, sizeof *found);
-    job_find(job, i, &limit, found, count);
+    uint32_t count = job_find(job, i, &limit, found, room, job->progress);
+    if (count > room) {
+        room = count;
+        found = memory_resize(found, room, sizeof *found);
+        count = job_find(job, i, &limit, found, room, NULL);
+    }
     for (uint32_t k = 0; k < count; k++) {
         const struct job_violation violation =
             job_violation_of(job, i, rate_q30, &found[k]);

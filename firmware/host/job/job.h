@@ -55,6 +55,7 @@ struct job {
     struct memory_pool memory; /* of the arrays */
     char rig_path[4096], move_path[4096];
     struct rig rig;
+    bool is_rig_lent; /* its arrays are those of another, which stays */
     struct plan_move move;
     /* of each axis of the move */
     unsigned *rig_axis;
@@ -95,10 +96,11 @@ enum status job_open(struct job *job, const struct files *files,
 /* The same for a move that is planned again and again: it keeps what the next
  * plan can take over, and takes over what `former` (of the same, NULL: none) has
  * kept.  Tracks and violations are those of job_open, to the bit.  `former` must
- * be there until job_check, and may be freed then. */
+ * be there until job_check, and may be freed then.  `rig`: what the file of the
+ * rig says, which must outlive the job; NULL: it is read. */
 enum status job_open_again(struct job *job, const struct files *files,
                            const char *rig_path, const char *move_path,
-                           const struct job *former);
+                           const struct job *former, const struct rig *rig);
 /* The compiled move (track_file.h): tracks, events, where it waits.  Errors show
  * in ferror. */
 void job_compile(const struct job *job, FILE *out);
@@ -136,6 +138,9 @@ bool job_runs_by_drive_profile(const struct job *job, unsigned axis);
 /* An axis of the move whose drive is a board, which samples by itself; NULL:
  * there is none. */
 const char *job_sampled(const struct job *job);
+/* Of tracks of two jobs: do both say the same? */
+bool job_same_segment(const struct motion_segment *a,
+                      const struct motion_segment *b);
 /* Of the move, by name; -1. */
 int job_axis_index(const struct job *job, const char *name);
 /* The largest |value| of a quantity on a track, and when (may be NULL). */
