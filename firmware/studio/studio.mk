@@ -82,6 +82,7 @@ test-studio: studio
 	@node tests/firmware/studio/same.mjs $(STUDIO)/planner.wasm $(SLEW) \
 	    $(patsubst %/move.yaml,%,$(wildcard examples/*/move.yaml)) \
 	    $(STUDIO)/moves/*
+	@node --test tests/firmware/studio/again.test.mjs
 	@SLEW=$(SLEW) node --test tests/firmware/studio/server.test.mjs \
 	    tests/firmware/studio/danger.test.mjs
 	@$(MAKE) --no-print-directory -j1 vendor-check page-format-check \

@@ -301,6 +301,21 @@ static cJSON *edit_made(const struct studio_plan *plan,
 
 /* --- what is asked for ------------------------------------------------------- */
 
+/* Once: all drags of a page edit one plan. */
+static int edit_read(struct studio_plan *plan, char *message)
+{
+    const struct yaml_report report = { plan->job.move_path, message,
+                                        YAML_MESSAGE_MAX };
+
+    if (!plan->is_text_read &&
+        yaml_text_open(&plan->text, &plan->files.files, &report) < 0) {
+        yaml_text_close(&plan->text);
+        return -1;
+    }
+    plan->is_text_read = true;
+    return 0;
+}
+
 static cJSON *edit_apply(struct studio_plan *plan, const cJSON *list,
                          struct edit_reader *reader)
 {
@@ -313,6 +328,7 @@ static cJSON *edit_apply(struct studio_plan *plan, const cJSON *list,
         .rig = &plan->job.rig,
         .was = &plan->job.move,
         .message = message,
+        .text = &plan->text,
     };
     struct move_text text = { .data = NULL };
     const cJSON *operation;
@@ -325,7 +341,8 @@ static cJSON *edit_apply(struct studio_plan *plan, const cJSON *list,
     }
     if (reader->wrong != NULL)
         answer = edit_refusal(reader->wrong);
-    else if (move_edit_apply(&source, edit, (uint32_t)count, &text) < 0)
+    else if (edit_read(plan, message) < 0 ||
+             move_edit_apply(&source, edit, (uint32_t)count, &text) < 0)
         answer = edit_refusal(message);
     else
         answer = edit_made(plan, &text);

@@ -33,6 +33,24 @@ int module_store_put(struct store *store, const char *name, const char *data,
     return store_put(store, name, data, length);
 }
 
+/* What kinds of violations there are: false after the last. */
+MODULE("violation_kind")
+bool module_violation_kind(uint32_t kind, const char *text[2], uint32_t *order)
+{
+    static const char *const words[] = { "position", "velocity", "acceleration",
+                                         "jerk" };
+    const enum job_violation_kind which = (enum job_violation_kind)kind;
+
+    if (which > JOB_END_MOVING)
+        return false;
+    *order = job_violation_order(which);
+    text[0] = which == JOB_ACC_STEP   ? "acceleration step"
+              : which >= JOB_VEL_STEP ? "velocity step"
+                                      : words[*order];
+    text[1] = job_violation_text(which);
+    return true;
+}
+
 /* Names of curves and of what bezier keys say, a line each. */
 MODULE("curve_name") const char *module_curve_name(uint32_t curve)
 {

@@ -243,6 +243,7 @@ static void numbers_fill(const struct motion_track *track,
 STUDIO_EXPORT bool studio_plan_samples(const struct studio_plan *plan,
                                        uint32_t axis, double from_s,
                                        double to_s, uint32_t columns,
+                                       uint32_t first, uint32_t count,
                                        double *out)
 {
     const struct motion_track *track = numbers_track(plan, axis);
@@ -251,16 +252,82 @@ STUDIO_EXPORT bool studio_plan_samples(const struct studio_plan *plan,
     if (track == NULL || !(to_s >= from_s))
         return false;
     const struct plan_facts *facts = plan->job.facts[axis];
-    for (uint32_t i = 0; i < columns; i++) {
+    for (uint32_t i = first; i < first + count; i++) {
         const double part = (to_s - from_s) / columns;
         const struct numbers_column column = {
             .from = studio_time(from_s + part * i),
             .to = studio_time(from_s + part * (i + 1)),
-            .out = out + (size_t)STUDIO_COLUMN * i,
+            .out = out + (size_t)STUDIO_COLUMN * (i - first),
         };
         numbers_fill(track, facts, &cursor, &column);
     }
     return true;
+}
+
+static bool numbers_is_end(const struct motion_track *a,
+                           const struct motion_track *b)
+{
+    return a->end_ns_q12 == b->end_ns_q12 && a->end.pos_q32 == b->end.pos_q32 &&
+           a->end_frac == b->end_frac;
+}
+
+static double numbers_start(const struct motion_track *track, uint32_t segment)
+{
+    return numbers_seconds(segment < track->count
+                               ? track->segment[segment].start_ns_q12
+                               : track->end_ns_q12);
+}
+
+STUDIO_EXPORT bool studio_plan_changed(const struct studio_plan *plan,
+                                       const struct studio_plan *other,
+                                       uint32_t axis, double out[2])
+{
+    const struct motion_track *a = numbers_track(plan, axis);
+    const struct motion_track *b = numbers_track(other, axis);
+    uint32_t first = 0, last = 0; /* how many are the same */
+
+    if (a == NULL || b == NULL)
+        return false;
+    const uint32_t least = a->count < b->count ? a->count : b->count;
+    while (first < least &&
+           job_same_segment(&a->segment[first], &b->segment[first]))
+        first++;
+    while (last < least - first && numbers_is_end(a, b) &&
+           job_same_segment(&a->segment[a->count - 1 - last],
+                            &b->segment[b->count - 1 - last]))
+        last++;
+    const bool is_same =
+        first == a->count && a->count == b->count && numbers_is_end(a, b);
+    out[0] = is_same      ? INFINITY
+             : first == 0 ? -INFINITY /* it stands there before */
+                          : numbers_start(a, first);
+    out[1] = is_same     ? -INFINITY
+             : last == 0 ? INFINITY
+                         : numbers_start(a, a->count - last);
+    return true;
+}
+
+STUDIO_EXPORT void studio_plan_violations(const struct studio_plan *plan,
+                                          double *out)
+{
+    const struct job *job = &plan->job;
+
+    for (uint32_t i = 0; i < job->violation_count;
+         i++, out += STUDIO_VIOLATION) {
+        const struct job_violation *violation = &job->violation[i];
+        const struct plan_axis *axis = &job->move.axis[violation->axis];
+        const bool is_keyed = axis->key_count > 0;
+        const struct plan_place place =
+            is_keyed ? axis->key[violation->key].place : axis->place;
+        out[0] = violation->axis;
+        out[1] = violation->kind;
+        out[2] = numbers_seconds(violation->t_ns_q12);
+        out[3] = number_double(violation->value, 32);
+        out[4] = number_double(violation->limit, 32);
+        out[5] = is_keyed ? (double)violation->key : NAN;
+        out[6] = place.line;
+        out[7] = place.column;
+    }
 }
 
 STUDIO_EXPORT bool studio_plan_at(const struct studio_plan *plan, uint32_t axis,

@@ -12,16 +12,54 @@
 
 #define PLAN_EVENTS_SAID 10000 /* as many as a person can tell apart */
 
+/* --- its rig ---------------------------------------------------------------- */
+
+/* While one edits a move, none of the rig's files is another. */
+static void plan_share_rig(struct studio_plan *plan,
+                           const struct studio_plan *former, const char *rig,
+                           const char *move)
+{
+    if (former == NULL || strcmp(rig, move) == 0 ||
+        strcmp(rig, former->job.rig_path) != 0 ||
+        strcmp(move, former->job.move_path) != 0 ||
+        !store_is_same(&plan->files, &former->files, move))
+        return;
+    plan->rig = former->rig;
+    plan->rig->users++;
+}
+
+/* The job's own, so that others can share it. */
+static void plan_keep_rig(struct studio_plan *plan)
+{
+    if (plan->rig != NULL)
+        return;
+    plan->rig = memory_new(1, sizeof *plan->rig);
+    *plan->rig = (struct studio_rig){ plan->job.rig, 1 };
+    plan->job.is_rig_lent = true;
+}
+
+static void plan_leave_rig(struct studio_rig *rig)
+{
+    if (--rig->users > 0)
+        return;
+    rig_free(&rig->rig);
+    memory_free(rig);
+}
+
 STUDIO_EXPORT struct studio_plan *
 studio_plan_new(const struct store *store, const char *rig, const char *move,
                 const struct studio_plan *former)
 {
     struct studio_plan *plan = memory_new(1, sizeof *plan);
 
+    if (former != NULL && former->status != STATUS_OK)
+        former = NULL;
     store_snapshot(store, &plan->files);
-    plan->status = job_open_again(
-        &plan->job, &plan->files.files, rig, move,
-        former != NULL && former->status == STATUS_OK ? &former->job : NULL);
+    plan_share_rig(plan, former, rig, move);
+    plan->status = job_open_again(&plan->job, &plan->files.files, rig, move,
+                                  former != NULL ? &former->job : NULL,
+                                  plan->rig != NULL ? &plan->rig->rig : NULL);
+    plan_keep_rig(plan);
     if (plan->status == STATUS_OK) {
         job_check(&plan->job, MOTION_CLOCK_WARP_ONE_Q30);
         (void)budget_check(&plan->job);
@@ -34,6 +72,8 @@ STUDIO_EXPORT void studio_plan_delete(struct studio_plan *plan)
     if (plan == NULL)
         return;
     job_free(&plan->job);
+    plan_leave_rig(plan->rig);
+    yaml_text_close(&plan->text);
     store_free(&plan->files);
     cJSON_free(plan->report);
     cJSON_free(plan->answer);
@@ -101,53 +141,15 @@ static cJSON *plan_axis(const struct studio_plan *plan, unsigned i,
     return object;
 }
 
-static const char *plan_kind(enum job_violation_kind kind)
-{
-    static const char *const words[] = { "position", "velocity", "acceleration",
-                                         "jerk" };
-
-    return kind == JOB_ACC_STEP ? "acceleration step"
-           : kind == JOB_VEL_STEP || kind == JOB_START_MOVING ||
-                   kind == JOB_END_MOVING
-               ? "velocity step"
-               : words[job_violation_order(kind)];
-}
-
-static cJSON *plan_violation(const struct studio_plan *plan,
-                             const struct job_violation *violation)
-{
-    const struct plan_axis *axis = &plan->job.move.axis[violation->axis];
-    cJSON *object = cJSON_CreateObject();
-
-    cJSON_AddNumberToObject(object, "axis", violation->axis);
-    cJSON_AddStringToObject(object, "kind", plan_kind(violation->kind));
-    cJSON_AddNumberToObject(object, "order",
-                            job_violation_order(violation->kind));
-    cJSON_AddStringToObject(object, "what",
-                            job_violation_text(violation->kind));
-    cJSON_AddNumberToObject(object, "time_s",
-                            plan_seconds(violation->t_ns_q12));
-    json_add_fixed(object, "value", violation->value, 32);
-    json_add_fixed(object, "limit", violation->limit, 32);
-    if (axis->key_count > 0)
-        cJSON_AddNumberToObject(object, "key", violation->key);
-    plan_add_place(object, axis->key_count > 0 ? axis->key[violation->key].place
-                                               : axis->place);
-    return object;
-}
-
 static void plan_add_tracks(const struct studio_plan *plan, cJSON *report)
 {
     const struct job *job = &plan->job;
     uint64_t hash = PLAN_HASH_START;
     cJSON *axes = cJSON_AddArrayToObject(report, "axes");
-    cJSON *violations = cJSON_AddArrayToObject(report, "violations");
 
     for (unsigned i = 0; i < job->planned; i++)
         cJSON_AddItemToArray(axes, plan_axis(plan, i, &hash));
-    for (uint32_t i = 0; i < job->violation_count; i++)
-        cJSON_AddItemToArray(violations,
-                             plan_violation(plan, &job->violation[i]));
+    cJSON_AddNumberToObject(report, "violations", job->violation_count);
     json_add_hash(report, "hash", hash);
 }
 

@@ -9,6 +9,7 @@
 #define FIRMWARE_STUDIO_WASM_PLAN_H
 
 #include "firmware/host/job/job.h"
+#include "firmware/host/yaml/yaml_text.h"
 #include "firmware/studio/wasm/store.h"
 #include "motion/plan/rig/plan_rig.h"
 
@@ -19,15 +20,25 @@
 #define STUDIO_EXPORT
 #endif
 
-#define STUDIO_KEY     24 /* numbers of a key */
-#define STUDIO_POSE    16 /* of a pose */
-#define STUDIO_COLUMN  8  /* of a column of samples */
-#define STUDIO_SUBJECT 3
+#define STUDIO_KEY       24 /* numbers of a key */
+#define STUDIO_POSE      16 /* of a pose */
+#define STUDIO_COLUMN    8  /* of a column of samples */
+#define STUDIO_SUBJECT   3
+#define STUDIO_VIOLATION 8
+
+/* A rig that was read, of all plans with the same files of it. */
+struct studio_rig {
+    struct rig rig;
+    uint32_t users;
+};
 
 struct studio_plan {
     struct store files;
     struct job job;
     enum status status;
+    struct studio_rig *rig;
+    struct yaml_text text; /* of the move, once it was edited */
+    bool is_text_read;
     char *report, *answer;
 };
 
@@ -45,10 +56,18 @@ const char *studio_plan_report(struct studio_plan *plan);
 /* STUDIO_KEY per key. */
 bool studio_plan_keys(const struct studio_plan *plan, uint32_t axis,
                       double *out);
-/* STUDIO_COLUMN per column. */
+/* STUDIO_COLUMN per column, of `count` columns from `first` on among the `columns`
+ * of from .. to. */
 bool studio_plan_samples(const struct studio_plan *plan, uint32_t axis,
                          double from_s, double to_s, uint32_t columns,
-                         double *out);
+                         uint32_t first, uint32_t count, double *out);
+/* From when to when, in s, an axis is not as it is in another plan of the same
+ * axes; from above to: nowhere. */
+bool studio_plan_changed(const struct studio_plan *plan,
+                         const struct studio_plan *other, uint32_t axis,
+                         double out[2]);
+/* STUDIO_VIOLATION per violation of job.violation. */
+void studio_plan_violations(const struct studio_plan *plan, double *out);
 /* p, v, a, j. */
 bool studio_plan_at(const struct studio_plan *plan, uint32_t axis, double t_s,
                     double out[4]);

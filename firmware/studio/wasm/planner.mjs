@@ -9,6 +9,7 @@ const KEY = 24;
 const POSE = 16;
 const COLUMN = 8;
 const SUBJECT = 3;
+const VIOLATION = 8;
 
 // Of an address it is compiled while it comes in.
 async function instanceOf(source, imports) {
@@ -100,13 +101,40 @@ class Plan {
     );
   }
 
-  samples(axis, from, to, columns) {
+  // `former`: { plan, samples } of the same view and of axes of the same names, of which
+  // columns that did not change are taken over.
+  samples(axis, from, to, columns, former = null) {
     const index = this.axis(axis);
-    return this.#numbers(COLUMN * columns, Float64Array, (at) =>
+    const [first, end] = former === null ? [0, columns] : this.#changed(former.plan, index, from, to, columns);
+    const part = this.#numbers(COLUMN * (end - first), Float64Array, (at) =>
       this.#planner.wasm.studio_plan_samples(
-        this.handle, index, from, to, columns, at,
+        this.handle, index, from, to, columns, first, end - first, at,
       ),
     );
+    if (former === null || part === null) return part;
+    const samples = former.samples.slice();
+    samples.set(part, COLUMN * first);
+    return samples;
+  }
+
+  // The columns that are not as in the other plan, with one beside them for what is
+  // rounded: [first, end].
+  #changed(other, index, from, to, columns) {
+    const span = this.#numbers(2, Float64Array, (at) =>
+      this.#planner.wasm.studio_plan_changed(this.handle, other.handle, index, at),
+    );
+    if (span === null) return [0, columns];
+    const column = (t) => ((t - from) * columns) / (to - from);
+    const inside = (value) => Math.min(Math.max(value, 0), columns);
+    const first = inside(Math.floor(column(span[0])) - 1);
+    return [first, Math.max(first, inside(Math.ceil(column(span[1])) + 1))];
+  }
+
+  violations() {
+    return this.#numbers(VIOLATION * this.report.violations, Float64Array, (at) => {
+      this.#planner.wasm.studio_plan_violations(this.handle, at);
+      return true;
+    });
   }
 
   at(axis, t) {
@@ -208,6 +236,8 @@ export class Planner {
   static KEY = KEY;
   static POSE = POSE;
   static COLUMN = COLUMN;
+  static VIOLATION = VIOLATION;
+  static VIOLATIONS = [];
   static CURVES = [];
   static HANDLES = ["free", "aligned", "vector", "auto", "auto-clamped"];
   static INTERPOLATIONS = [
@@ -232,6 +262,17 @@ export class Planner {
     if (Planner.CURVES.length > 0) return;
     for (let i = 0, at; (at = this.wasm.curve_name(i)) !== 0; i++)
       Planner.CURVES.push(this.textAt(at));
+    this.#readViolations();
+  }
+
+  // { kind, order, what } of each kind of them.
+  #readViolations() {
+    const out = this.alloc(12);
+    for (let i = 0; this.wasm.violation_kind(i, out, out + 8); i++) {
+      const [kind, what, order] = new Uint32Array(this.memory, out, 3);
+      Planner.VIOLATIONS.push({ kind: this.textAt(kind), order, what: this.textAt(what) });
+    }
+    this.wasm.release(out);
   }
 
   // It grows, and a view of it does not.

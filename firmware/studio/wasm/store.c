@@ -250,3 +250,16 @@ void store_snapshot(const struct store *store, struct store *snapshot)
         snapshot->entry[i].bytes->users++;
     }
 }
+
+bool store_is_same(const struct store *a, const struct store *b,
+                   const char *but)
+{
+    if (a->count != b->count || a->missing->count + b->missing->count > 0)
+        return false;
+    for (uint32_t i = 0; i < a->count; i++)
+        if (strcmp(a->entry[i].name, b->entry[i].name) != 0 ||
+            (a->entry[i].bytes != b->entry[i].bytes &&
+             strcmp(a->entry[i].name, but) != 0))
+            return false;
+    return true;
+}

@@ -6,6 +6,7 @@
 #ifndef FIRMWARE_STUDIO_WASM_STORE_H
 #define FIRMWARE_STUDIO_WASM_STORE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/host/base/files.h"
@@ -41,6 +42,11 @@ void store_free(struct store *store);
 
 /* To be freed with store_free. */
 void store_snapshot(const struct store *store, struct store *snapshot);
+
+/* Two snapshots of one store: does one hold what the other does, `but` aside, and
+ * has none of them missed a file? */
+bool store_is_same(const struct store *a, const struct store *b,
+                   const char *but);
 
 /* The bytes of a file; NULL: there is none. */
 const char *store_look(const struct store *store, const char *name,

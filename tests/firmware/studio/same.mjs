@@ -7,6 +7,7 @@ import os from "node:os";
 import path from "node:path";
 import { promisify } from "node:util";
 import { Planner } from "../../../firmware/studio/wasm/planner.mjs";
+import { readViolations } from "../../../firmware/studio/web/model/keys.js";
 
 const RATE = 500;
 const CHUNK = 4096;
@@ -40,7 +41,9 @@ function sameSentences(plan, check) {
 
 function sameViolations(plan, check) {
   const slews = JSON.parse(check.stdout).violations;
-  const { violations, axes } = plan.report;
+  const { axes } = plan.report;
+  const words = { violation: Planner.VIOLATION, violations: Planner.VIOLATIONS };
+  const violations = readViolations(plan.violations(), words);
   const ours = violations.map((v) => {
     const one = { axis: axes[v.axis].name, what: v.what, time_s: v.time_s };
     return { ...one, value: v.value, limit: v.limit, line: v.line };
@@ -88,7 +91,7 @@ async function compare(directory) {
       counts.refused++;
       return null;
     }
-    if (plan.report.violations.length > 0) counts.over++;
+    if (plan.report.violations > 0) counts.over++;
     const violations = sameViolations(plan, check);
     if (violations !== null) return violations;
     const { hash } = JSON.parse(check.stdout);

@@ -154,27 +154,26 @@ static void sketch_text(const struct sketch *sketch, char *text, size_t size)
     }
 }
 
+/* As the page has it: one store, in which only the text of the move changes. */
+static struct store store;
+
 static struct studio_plan *planned(const char *text,
                                    const struct studio_plan *former)
 {
-    struct store store = { .count = 0 };
-    struct studio_plan *plan;
-
-    store_put(&store, "rig.yaml", rig, strlen(rig));
+    if (store.count == 0)
+        store_put(&store, "rig.yaml", rig, strlen(rig));
     store_put(&store, "move.yaml", text, strlen(text));
-    plan = studio_plan_new(&store, "rig.yaml", "move.yaml", former);
-    store_free(&store);
-    return plan;
+    return studio_plan_new(&store, "rig.yaml", "move.yaml", former);
 }
 
 static void same(const char *text, const struct studio_plan *again)
 {
     static struct job job;
-    struct store store = { .count = 0 }, files;
+    struct store fresh = { .count = 0 }, files;
 
-    store_put(&store, "rig.yaml", rig, strlen(rig));
-    store_put(&store, "move.yaml", text, strlen(text));
-    store_snapshot(&store, &files);
+    store_put(&fresh, "rig.yaml", rig, strlen(rig));
+    store_put(&fresh, "move.yaml", text, strlen(text));
+    store_snapshot(&fresh, &files);
     const enum status status =
         job_open(&job, &files.files, "rig.yaml", "move.yaml", false, NULL);
     assert_int_equal(status, again->status);
@@ -201,7 +200,33 @@ static void same(const char *text, const struct studio_plan *again)
     }
     job_free(&job);
     store_free(&files);
-    store_free(&store);
+    store_free(&fresh);
+}
+
+#define COLUMNS 300
+
+/* What is not between the two times of studio_plan_changed was sampled before. */
+static void same_samples(const char *text, const struct studio_plan *before,
+                         const struct studio_plan *now)
+{
+    static double was[COLUMNS * STUDIO_COLUMN], is[COLUMNS * STUDIO_COLUMN];
+    const double from = -1, to = 21, part = (to - from) / COLUMNS;
+    double changed[2];
+
+    for (uint32_t axis = 0; axis < now->job.planned; axis++) {
+        if (!studio_plan_changed(now, before, axis, changed))
+            return;
+        studio_plan_samples(before, axis, from, to, COLUMNS, 0, COLUMNS, was);
+        studio_plan_samples(now, axis, from, to, COLUMNS, 0, COLUMNS, is);
+        for (uint32_t i = 0; i < COLUMNS; i++)
+            if ((from + part * (i + 1) < changed[0] - 1e-6 ||
+                 from + part * i > changed[1] + 1e-6) &&
+                memcmp(&was[i * STUDIO_COLUMN], &is[i * STUDIO_COLUMN],
+                       STUDIO_COLUMN * sizeof *is) != 0)
+                fail_msg("column %u of axis %u, not in %.9g .. %.9g s, is "
+                         "another after\n%s",
+                         i, axis, changed[0], changed[1], text);
+    }
 }
 
 static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
@@ -219,6 +244,7 @@ static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
             struct studio_plan *next = planned(text, plan);
             same(text, next);
             if (plan != NULL && next->status == STATUS_OK) {
+                same_samples(text, plan, next);
                 reused += next->job.memo->reused;
                 spans += next->job.memo->planned;
             }
@@ -273,6 +299,8 @@ static void every_curve_is_planned_again_to_the_bit(void **state)
             struct studio_plan *next = planned(text, plan);
             same(text, next);
             planned_well += next->status == STATUS_OK;
+            if (plan != NULL)
+                same_samples(text, plan, next);
             studio_plan_delete(plan);
             plan = next;
             sketch_change(&sketch);
@@ -281,6 +309,77 @@ static void every_curve_is_planned_again_to_the_bit(void **state)
         if (planned_well == 0)
             fail_msg("no move of %s could be planned", curves[curve].curve);
     }
+}
+
+static void a_key_in_the_middle_changes_what_is_beside_it(void **state)
+{
+    static char text[16384];
+    static struct sketch sketch;
+    double changed[2];
+
+    (void)state;
+    sketch_new(&sketch, 15, KEYS); /* quintic */
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *plan = planned(text, NULL);
+    struct studio_plan *same_again = planned(text, plan);
+    assert_true(studio_plan_changed(same_again, plan, 1, changed));
+    assert_true(changed[0] > changed[1]);
+    sketch.key[6].p += 7;
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *next = planned(text, plan);
+    assert_true(studio_plan_changed(next, plan, 0, changed));
+    assert_true(changed[0] > changed[1]); /* y is as it was */
+    assert_true(studio_plan_changed(next, plan, 1, changed));
+    assert_true(changed[0] > sketch.key[2].t_ms / 1000.0);
+    assert_true(changed[1] < sketch.key[10].t_ms / 1000.0);
+    studio_plan_delete(next);
+    studio_plan_delete(same_again);
+    studio_plan_delete(plan);
+}
+
+/* The rig is read once, until one of its files is another. */
+static void a_rig_is_read_again_once_it_changed(void **state)
+{
+    static const char text[] =
+        "axes: {x: {curve: s-curve, keys: [[0, 0], [9, 99]]}}\n";
+    static char slower[sizeof rig];
+
+    (void)state;
+    struct studio_plan *plan = planned(text, NULL);
+    struct studio_plan *next = planned(text, plan);
+    assert_ptr_equal(next->rig, plan->rig);
+    studio_plan_delete(plan);
+    assert_int_equal(next->job.rig.axis[0].limit.vel_q32, INT64_C(100) << 32);
+    memcpy(slower, rig, sizeof rig);
+    strstr(slower, "velocity: 1")[10] = '2';
+    store_put(&store, "rig.yaml", slower, strlen(slower));
+    struct studio_plan *other = planned(text, next);
+    assert_ptr_not_equal(other->rig, next->rig);
+    assert_int_equal(other->job.rig.axis[0].limit.vel_q32, INT64_C(200) << 32);
+    store_put(&store, "rig.yaml", rig, strlen(rig));
+    studio_plan_delete(other);
+    studio_plan_delete(next);
+}
+
+/* Every edit of a plan is one of its text as it was, whatever was asked before. */
+static void a_plan_is_edited_again_and_again(void **state)
+{
+    static const char text[] =
+        "axes: {x: {curve: s-curve, keys: [[0, 0], [9, 99]]}}\n";
+    static const char seven[] =
+        "[{\"op\":\"key\",\"axis\":\"x\",\"key\":1,\"p\":7}]";
+    char first[512];
+
+    (void)state;
+    struct studio_plan *plan = planned(text, NULL);
+    snprintf(first, sizeof first, "%s", studio_plan_edit(plan, seven));
+    assert_non_null(strstr(first, "\"insert\":\"7\""));
+    assert_non_null(strstr(
+        studio_plan_edit(
+            plan, "[{\"op\":\"key\",\"axis\":\"x\",\"key\":1,\"t\":1e99}]"),
+        "\"ok\":false"));
+    assert_string_equal(studio_plan_edit(plan, seven), first);
+    studio_plan_delete(plan);
 }
 
 /* How many spans of `count` are taken over once a key in the middle moves. */
@@ -330,6 +429,9 @@ int main(void)
         cmocka_unit_test(random_edits_leave_the_bits_of_a_fresh_plan),
         cmocka_unit_test(a_key_that_moves_costs_the_spans_beside_it),
         cmocka_unit_test(every_curve_is_planned_again_to_the_bit),
+        cmocka_unit_test(a_key_in_the_middle_changes_what_is_beside_it),
+        cmocka_unit_test(a_rig_is_read_again_once_it_changed),
+        cmocka_unit_test(a_plan_is_edited_again_and_again),
         cmocka_unit_test(a_key_of_most_curves_costs_seven_spans_at_most),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

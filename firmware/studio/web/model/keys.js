@@ -34,6 +34,18 @@ export function readKeys(numbers, words) {
   return keys;
 }
 
+// [{ axis, kind, order, what, time_s, value, limit, key (absent without keys), line,
+// column }]
+export function readViolations(numbers, words) {
+  const violations = [];
+  for (let at = 0; at + words.violation <= numbers.length; at += words.violation) {
+    const [axis, kind, time_s, value, limit, key, line, column] = numbers.subarray(at, at + 8);
+    violations.push({ axis, ...words.violations[kind], time_s, value, limit, line, column });
+    if (!Number.isNaN(key)) violations.at(-1).key = key;
+  }
+  return violations;
+}
+
 // Of a pose, the warp, a camera: [t, value, line, column] of each key.
 export function readOther({ kind, name, keys }) {
   return {

@@ -3,7 +3,14 @@
 // through `edit`, `change` or a preview that is finished.
 import { batch, computed, signal } from "../vendor/ui.js";
 import { History } from "./history.js";
-import { emptySelection, readKeys, readOther, selectTimes, selectedKeys } from "./keys.js";
+import {
+  emptySelection,
+  readKeys,
+  readOther,
+  readViolations,
+  selectTimes,
+  selectedKeys,
+} from "./keys.js";
 import { roundFor } from "./number.js";
 
 export const columns = 800; // of samples across the view
@@ -76,7 +83,7 @@ export class Session {
     this.isDirty = computed(() => this.text.value !== this.saved.value);
     this.title = computed(() => this.report.value?.title ?? "");
     this.fps = computed(() => this.report.value?.fps ?? null);
-    this.violations = computed(() => this.report.value?.violations ?? []);
+    this.violations = signal([]);
     // Keys that are no axis's: shown, and edited in the text.
     this.others = computed(() => (this.report.value?.others ?? []).map(readOther));
     this.duration = computed(() => this.report.value?.end_s ?? 0);
@@ -320,11 +327,12 @@ export class Session {
     if (compared.value) await this.compare(compared.value.axis, compared.value.curve);
   }
 
-  #show({ report, keys, samples }) {
+  #show({ report, keys, samples, violations }) {
     batch(() => {
       this.report.value = report;
       this.isBroken.value = report.status !== "ok";
       if (this.isBroken.value) return;
+      this.violations.value = readViolations(violations, this.#words);
       this.sampled.value = { ...this.view.value };
       this.axes.value = report.axes.map((axis, index) => ({
         ...axis,

@@ -65,7 +65,7 @@ function diagnosticsOf(session, doc) {
       .map((each) =>
         place(each.line, each.column, each.text, each.kind === "error" ? "error" : "warning"),
       ),
-    ...(session.isBroken.value ? [] : (report?.violations ?? [])).map((each) =>
+    ...(session.isBroken.value ? [] : session.violations.value).map((each) =>
       place(each.line, each.column, each.what ?? each.kind, "warning"),
     ),
   ]

@@ -21,6 +21,8 @@ let toWarm = 0; // rounds that are left of warming up
 function words() {
   return {
     size: Planner.KEY,
+    violation: Planner.VIOLATION,
+    violations: Planner.VIOLATIONS,
     curves: Planner.CURVES,
     handles: Planner.HANDLES,
     interpolations: Planner.INTERPOLATIONS,
@@ -62,22 +64,35 @@ function keysOf(plan, axis, index, isDrag) {
   return isSame ? "same" : plan.keys(index);
 }
 
-function pictureOf(plan, view, isDrag) {
+// `former`: a plan of the same axes, which need not be what was shown last.
+function pictureOf(plan, view, former) {
   const { report } = plan;
   if (report.status !== "ok") return { report, keys: [], samples: [] };
   return {
     report,
-    keys: report.axes.map((axis, index) => keysOf(plan, axis, index, isDrag)),
-    samples: samplesOf(
-      plan,
-      view,
-      report.axes.map((_, index) => index),
-    ),
+    keys: report.axes.map((axis, index) => keysOf(plan, axis, index, former !== null)),
+    violations: plan.violations(),
+    samples: report.axes.map((axis, index) => shownOf(plan, view, index, former)),
   };
 }
 
+// What an axis showed last: of the next step of a drag only the columns that change are
+// sampled.
+const shown = new Map(); // by name: { plan, view, samples }
+
+function shownOf(plan, view, index, former) {
+  const { name } = plan.report.axes[index];
+  const last = shown.get(name);
+  const isSame =
+    former !== null &&
+    last?.plan === former &&
+    ["from", "to", "columns"].every((each) => last.view[each] === view[each]);
+  const samples = plan.samples(index, view.from, view.to, view.columns, isSame ? last : null);
+  shown.set(name, { plan, view, samples: samples.slice() });
+  return samples;
+}
+
 function samplesOf(plan, view, axes) {
-  if (view === null) return [];
   return axes.map((axis) => plan.samples(axis, view.from, view.to, view.columns));
 }
 
@@ -120,14 +135,14 @@ async function previewOf(operations, view) {
   const edited = base.edit(operations);
   if (!edited.ok) return { error: edited.error };
   planner.put(moveName(), applyEdits(baseText, edited.edits));
-  const plan = await planWith(latest ?? base);
+  const former = latest ?? base;
+  const plan = await planWith(former);
   planner.put(moveName(), baseText);
+  const picture = pictureOf(plan, view, former);
   if (plan.report.status === "ok") {
     release(latest);
     latest = plan;
-  }
-  const picture = pictureOf(plan, view, true);
-  if (plan !== latest) plan.free();
+  } else plan.free();
   return { edits: edited.edits, ...picture };
 }
 
@@ -135,6 +150,15 @@ function forgetDrag() {
   release(latest);
   latest = null;
   sent.clear();
+  shown.clear();
+}
+
+function brokenOf(plan, axis) {
+  const violations = plan.violations();
+  let count = 0;
+  for (let at = 0; at < violations.length; at += Planner.VIOLATION)
+    if (violations[at] === axis) count++;
+  return count;
 }
 
 const handlers = {
@@ -160,7 +184,7 @@ const handlers = {
       warmLater();
     }
     former?.free();
-    return pictureOf(plan, view, false);
+    return pictureOf(plan, view, null);
   },
 
   async preview({ operations, view }) {
@@ -201,7 +225,7 @@ const handlers = {
     const index = report.status === "ok" ? report.axes.findIndex((each) => each.name === axis) : -1;
     const samples = index < 0 ? null : samplesOf(plan, view, [index])[0];
     const error = index < 0 ? (report.messages[0]?.text ?? "it cannot be planned") : null;
-    const broken = report.violations?.filter((each) => each.axis === index).length ?? 0;
+    const broken = index < 0 ? 0 : brokenOf(plan, index);
     plan.free();
     return { samples, error, broken };
   },
@@ -231,8 +255,8 @@ const handlers = {
 };
 
 // They are given away, not copied.
-function buffersOf({ samples, keys, poses }) {
-  return [...(samples ?? []), ...(keys ?? []), poses]
+function buffersOf({ samples, keys, poses, violations }) {
+  return [...(samples ?? []), ...(keys ?? []), poses, violations]
     .filter((each) => each instanceof Float64Array)
     .map((each) => each.buffer);
 }
