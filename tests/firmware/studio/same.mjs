@@ -39,14 +39,22 @@ function sameSentences(plan, check) {
   return `slew says ${said.join(" | ")}; the planner ${ours.join(" | ")}`;
 }
 
+// What a reader has of a number that slew, with cJSON, has written: 15 digits where
+// these are the number but for its last bit.
+function written(value) {
+  const short = Number(value.toPrecision(15));
+  const most = Math.max(Math.abs(short), Math.abs(value));
+  return Math.abs(short - value) <= most * Number.EPSILON ? short : value;
+}
+
 function sameViolations(plan, check) {
   const slews = JSON.parse(check.stdout).violations;
   const { axes } = plan.report;
   const words = { violation: Planner.VIOLATION, violations: Planner.VIOLATIONS };
   const violations = readViolations(plan.violations(), words);
   const ours = violations.map((v) => {
-    const one = { axis: axes[v.axis].name, what: v.what, time_s: v.time_s };
-    return { ...one, value: v.value, limit: v.limit, line: v.line };
+    const one = { axis: axes[v.axis].name, what: v.what, time_s: written(v.time_s) };
+    return { ...one, value: written(v.value), limit: written(v.limit), line: v.line };
   });
   const theirs = slews.map((v) => {
     const one = { axis: v.axis, what: v.what, time_s: v.time_s };
