@@ -46,6 +46,10 @@ struct studio_connection {
     int64_t rate_ns, sent_ns; /* between frames; the last one */
     int64_t second_ns;        /* of the text frames that are counted */
     unsigned frames_in_second;
+    enum lws_close_status end; /* 0: it goes on */
+    const char *end_why;
+    bool is_end_said;
+    size_t dropped; /* bytes since then */
 };
 
 struct studio_server {

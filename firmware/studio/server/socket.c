@@ -16,9 +16,10 @@
 #include "firmware/host/base/memory.h"
 #include "firmware/studio/server/parts.h"
 
-#define SOCKET_RATE_LOW  30
-#define SOCKET_RATE_HIGH 60
-#define SOCKET_KERNEL    65536 /* bytes on their way in the system: old ones */
+#define SOCKET_RATE_LOW    30
+#define SOCKET_RATE_HIGH   60
+#define SOCKET_KERNEL      65536 /* bytes on their way in the system: old ones */
+#define SOCKET_DROPPED_MAX 1048576 /* bytes that are read after the end */
 
 /* --- the service's side ------------------------------------------------------ */
 
@@ -88,14 +89,39 @@ static void socket_receive_down(struct studio_connection *self)
 
 /* --- the browser's side ------------------------------------------------------ */
 
+/* The service is left at once.  The browser is told why as soon as it can be written
+ * to, and libwebsockets waits 5 s for its answer.  What it sends meanwhile is read and
+ * dropped: a wire that is closed with something unread is reset, and the browser might
+ * never read why.  Not on the way in: libwebsockets would lose its place among the
+ * frames that it has read, and give up. */
 static int socket_close(struct studio_connection *self,
                         enum lws_close_status status, const char *why)
 {
+    socket_unlink(self);
+    self->end = status;
+    self->end_why = why;
+    (void)lws_rx_flow_control(self->wsi, 1);
+    lws_callback_on_writable(self->wsi);
+    return 0;
+}
+
+static int socket_write_end(struct studio_connection *self)
+{
     unsigned char text[64];
 
-    lws_close_reason(self->wsi, status, text,
-                     (size_t)snprintf((char *)text, sizeof text, "%s", why));
+    if (self->is_end_said)
+        return 0;
+    self->is_end_said = true;
+    lws_close_reason(
+        self->wsi, self->end, text,
+        (size_t)snprintf((char *)text, sizeof text, "%s", self->end_why));
     return -1;
+}
+
+static int socket_drop(struct studio_connection *self, size_t length)
+{
+    self->dropped += length;
+    return self->dropped > SOCKET_DROPPED_MAX ? -1 : 0;
 }
 
 static int64_t socket_rate_ns(struct lws *wsi)
@@ -206,6 +232,8 @@ static bool socket_refuses(struct studio_connection *self)
 static int socket_take(struct studio_connection *self, const char *in,
                        size_t length)
 {
+    if (self->end != 0)
+        return socket_drop(self, length);
     if (lws_frame_is_binary(self->wsi))
         return socket_close(self, LWS_CLOSE_STATUS_UNACCEPTABLE_OPCODE,
                             "lines of JSON are expected");
@@ -281,6 +309,8 @@ static int socket_write(struct studio_connection *self)
 {
     const int64_t now_ns = studio_now_ns();
 
+    if (self->end != 0)
+        return socket_write_end(self);
     if (!socket_write_line(self)) {
         if (self->link < 0)
             return socket_close(self, LWS_CLOSE_STATUS_GOINGAWAY,
@@ -327,6 +357,8 @@ int studio_socket(struct lws *wsi, enum lws_callback_reasons reason, void *user,
 static void socket_look(struct studio_connection *self,
                         const struct service_frame *fresh, int64_t now_ns)
 {
+    if (self->end != 0)
+        return;
     if (fresh->ticks > 0) {
         self->count.joined += self->frame.ticks > 0;
         service_frame_join(&self->frame, fresh, self->server->rig->axis_count);

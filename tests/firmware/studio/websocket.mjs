@@ -7,9 +7,9 @@ import http from "node:http";
 export class Socket extends EventEmitter {
   #raw;
   #bytes = Buffer.alloc(0);
-  // How it has ended: the code of the close frame, or "reset" where what was still
-  // on its way to a server that had closed ended the wire before that was read.
+  // How it has ended: the code of the close frame, or "reset" where there was none.
   end = null;
+  isGone = false; // the wire itself has ended
 
   static open(port, { path = "/ws", headers = {} } = {}) {
     return new Promise((resolve, reject) => {
@@ -41,9 +41,15 @@ export class Socket extends EventEmitter {
     super();
     this.#raw = raw;
     raw.on("data", (data) => this.#take(data));
-    raw.on("close", () => ((this.end ??= "reset"), this.emit("gone")));
+    raw.on("close", () => this.#gone());
     raw.on("error", () => {});
     if (head.length > 0) setImmediate(() => this.#take(head));
+  }
+
+  #gone() {
+    this.isGone = true;
+    this.end ??= "reset";
+    this.emit("gone");
   }
 
   #take(data) {
