@@ -8,6 +8,7 @@ import { Trail, takeFromCsv, takeToCsv } from "./trail.js";
 const leaseSeconds = 5;
 const renewMs = 1500;
 const statusMs = 500;
+const mostTakeBytes = 256 * 2 ** 20;
 const loadSeconds = 0.5; // over which a bus load is measured
 const loadMs = 120_000; // planning a long move takes as long as it takes
 
@@ -155,9 +156,23 @@ export class Machine {
   async readTake(name) {
     if (this.takes.value.some((take) => take.name === name)) return;
     const answer = await fetch(`/api/take?name=${name}`).catch(() => null);
-    const take = answer?.ok ? takeFromCsv(await answer.text(), this.axisNames) : null;
+    this.#addTake(name, answer?.ok ? await answer.text() : "");
+  }
+
+  // A file of this computer: a take, or what slew run --telemetry has written.
+  async openTake(file) {
+    if (file.size > mostTakeBytes)
+      this.say(`${file.name} is larger than 256 MiB, expected a shorter recording.`, true);
+    else this.#addTake(file.name, await file.text());
+  }
+
+  #addTake(name, text) {
+    const take = takeFromCsv(text, this.axisNames);
     if (take === null) {
-      this.say(`${name} is no take of the axes of this rig.`, true);
+      this.say(
+        `${name} is no recording of the axes of this rig, expected CSV of a take or of slew run --telemetry.`,
+        true,
+      );
       return;
     }
     this.trail.takes.unshift({ ...take, name });

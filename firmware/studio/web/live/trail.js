@@ -11,6 +11,7 @@ function rowOf(frame) {
   return {
     time: frame.time,
     path: frame.path,
+    ticks: frame.ticks,
     axes: frame.axes.map(({ demand, actual, error }) => ({
       demand: demand.last,
       actual: actual.last,
@@ -78,10 +79,16 @@ function worstOf(rows) {
   );
 }
 
-// A take that was kept, for axes of these names; null where it is of others, or no
-// take.
+// A take that was kept, or a recording of slew run --telemetry, for axes of these names;
+// null where it is of others, or neither.
 export function takeFromCsv(text, names) {
   const lines = text.trimEnd().split("\n");
+  return lines[0].startsWith("t_ns,phase,")
+    ? takeFromTelemetry(lines, names)
+    : takeFromLines(lines, names);
+}
+
+function takeFromLines(lines, names) {
   const head = takeToCsv({ rows: [] }, names).trimEnd();
   if (lines[0] !== head || lines.length < 3) return null;
   const rows = lines.slice(1).map((line) => {
@@ -93,6 +100,47 @@ export function takeFromCsv(text, names) {
   });
   if (rows.some((row) => row.axes.some((axis) => !Number.isFinite(axis.error)))) return null;
   return { rows, worst: worstOf(rows) };
+}
+
+// Of a recording by the tick: as many rows as frames would have been, each with the last
+// of its ticks and the largest following error of all.
+const telemetryRowNs = 1e9 / 60;
+const playedPhases = new Set(["move", "settle", "stop"]);
+const telemetryParts = ["demand", "actual", "following"];
+
+function takeFromTelemetry(lines, names) {
+  const head = lines[0].split(",");
+  const columns = names.map((name) =>
+    telemetryParts.map((part) => head.findIndex((each) => each.startsWith(`${name}.${part}_`))),
+  );
+  if (columns.flat().includes(-1)) return null;
+  const rows = [];
+  let begun = -Infinity;
+  for (const line of lines.slice(1)) {
+    const cells = line.split(",");
+    if (cells.length !== head.length || !playedPhases.has(cells[1])) continue;
+    const axes = columns.map(([demand, actual, error]) => ({
+      demand: Number(cells[demand]),
+      actual: Number(cells[actual]),
+      error: Number(cells[error]),
+    }));
+    if (axes.some((axis) => !Number.isFinite(axis.actual + axis.error))) return null;
+    const t = Number(cells[0]);
+    const row = { time: t / 1e9, path: Number(cells[3]) / 1e9, axes };
+    if (t - begun >= telemetryRowNs) {
+      begun = t;
+      rows.push(row);
+    } else rows.push(joined(rows.pop(), row));
+  }
+  return rows.length < 2 ? null : { rows, worst: worstOf(rows) };
+}
+
+function joined(before, row) {
+  row.axes.forEach((axis, i) => {
+    const { error } = before.axes[i];
+    if (Math.abs(error) > Math.abs(axis.error)) axis.error = error;
+  });
+  return row;
 }
 
 // A take as text for a spreadsheet.

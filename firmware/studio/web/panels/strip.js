@@ -9,7 +9,7 @@ style.rel = "stylesheet";
 style.href = new URL("../vendor/strip.css", import.meta.url).href;
 document.head.append(style);
 
-const seen = 60 * 15; // frames of the live plot
+const liveFrames = 60 * 15; // of the live plot
 const height = 180; // px
 
 function colour(name) {
@@ -39,14 +39,19 @@ function optionsOf(width, label, names) {
   };
 }
 
-function Plot({ label, names, data }) {
+// `span`: what of x is shown, [from, to]; null: all of it.
+function Plot({ label, names, data, span = null }) {
   const box = useRef(null);
   const plot = useRef(null);
+  const [seen, setSeen] = useState([null, null]); // s, also of what was zoomed
   const shape = names.join();
   useEffect(() => {
     const parent = box.current;
     const width = () => parent.clientWidth || 300;
-    plot.current = new UPlot(optionsOf(width(), label, names), data, parent);
+    const hooks = {
+      setScale: [(u, key) => key === "x" && setSeen([u.scales.x.min, u.scales.x.max])],
+    };
+    plot.current = new UPlot({ ...optionsOf(width(), label, names), hooks }, data, parent);
     const sizes = new ResizeObserver(() => plot.current.setSize({ width: width(), height }));
     sizes.observe(parent);
     return () => {
@@ -55,7 +60,12 @@ function Plot({ label, names, data }) {
     };
   }, [shape, label]);
   useEffect(() => plot.current?.setData(data), [data]); // else what was zoomed stays
-  return html`<div class="plot" ref=${box} role="img" aria-label=${`${label}: ${names.join(", ")}`}></div>`;
+  useEffect(() => {
+    if (span !== null) plot.current?.setScale("x", { min: span[0], max: span[1] });
+    else plot.current?.setData(data);
+  }, [span?.[0], span?.[1], data]);
+  return html`<div class="plot" ref=${box} role="img"
+    aria-label=${`${label}: ${names.join(", ")}${seen[0] === null ? "" : `, ${seen[0].toFixed(1)} s to ${seen[1].toFixed(1)} s`}`}></div>`;
 }
 
 function download(name, text) {
@@ -111,9 +121,13 @@ function Kept({ machine }) {
     </ul>`;
 }
 
+const widths = [0.5, 1, 2, 5, 10, 30, 60]; // s
+
 function TakesPlot({ machine, axes, index }) {
   const takes = machine.takes.value;
   const [chosen, setChosen] = useState(3);
+  const [wide, setWide] = useState(0); // s that are shown; 0: all
+  const [back, setBack] = useState(0); // s after the start
   const shown = takes.slice(-chosen);
   const data = useMemo(
     () => (takes.length === 0 ? null : takesToColumns(takes.slice(-chosen), index)),
@@ -122,7 +136,22 @@ function TakesPlot({ machine, axes, index }) {
   if (data === null) return html`<p class="quiet">No take yet: start the move.</p>`;
   const names = ["plan", ...shown.map(labelOf)];
   const unit = axes[index]?.unit ?? "";
-  return html`<${Plot} label=${`${axes[index]?.name ?? ""}, ${unit}`} names=${names} data=${data} />
+  const [from, to] = [data[0][0], data[0].at(-1)];
+  const most = Math.max(to - from - wide, 0);
+  const at = from + Math.min(back, most);
+  const span = wide === 0 || wide >= to - from ? null : [at, at + wide];
+  return html`<${Plot} label=${`${axes[index]?.name ?? ""}, ${unit}`} names=${names} data=${data} span=${span} />
+    <div class="buttons">
+      <label>Show <select value=${String(wide)} onChange=${(event) => setWide(Number(event.target.value))}>
+        <option value="0">all of it</option>
+        ${widths.map((each) => html`<option value=${String(each)}>${each} s</option>`)}
+      </select></label>
+      <label>From
+        <input type="range" class="scroll" min="0" max=${most} step="0.01" value=${at - from} disabled=${span === null}
+          onInput=${(event) => setBack(Number(event.target.value))} />
+        ${span === null ? "" : `${at.toFixed(2)} s`}
+      </label>
+    </div>
     <ul class="takes">
       ${takes.map((take) => html`<${Take} machine=${machine} take=${take} index=${index} unit=${unit} />`)}
     </ul>
@@ -130,7 +159,15 @@ function TakesPlot({ machine, axes, index }) {
 }
 
 function Takes(props) {
-  return html`<${TakesPlot} ...${props} /><${Kept} machine=${props.machine} />`;
+  const open = async (event) => {
+    for (const file of event.target.files) await props.machine.openTake(file);
+    event.target.value = "";
+  };
+  return html`<${TakesPlot} ...${props} />
+    <label class="file">Open a recording (CSV)
+      <input type="file" accept=".csv,text/csv" multiple onChange=${open} />
+    </label>
+    <${Kept} machine=${props.machine} />`;
 }
 
 // The last rows, or, while paused, those that the slider has scrolled to.
@@ -152,8 +189,8 @@ function useWindow(machine) {
     setPaused(!isPaused);
   };
   return {
-    rows: kept.current.slice(Math.max(end - seen, 0), end),
-    most: Math.max(kept.current.length - seen, 0),
+    rows: kept.current.slice(Math.max(end - liveFrames, 0), end),
+    most: Math.max(kept.current.length - liveFrames, 0),
     stamp: `${now} ${back}`,
     isPaused,
     flip,

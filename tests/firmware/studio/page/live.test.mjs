@@ -262,6 +262,24 @@ test("a take is what was played, from its first frame to its last", () => {
   assert.equal(takeFromCsv(csv.join("\n"), ["tilt"]), null);
 });
 
+test("a recording of slew run --telemetry is a take, from where the move begins", () => {
+  const head =
+    "t_ns,phase,state,path_ns,pan.demand_deg,pan.demand_deg_s,pan.actual_deg,pan.actual_deg_s,pan.following_deg,pan.statusword";
+  const lines = [`0,approach,moving,0,9,0,9,0,5,39`];
+  for (let i = 0; i < 1000; i++)
+    lines.push(
+      `${(i + 1) * 1000000},move,moving,${i * 1000000},${i / 100},0,${i / 100 - 0.25},0,${i === 500 ? -0.75 : 0.25},39`,
+    );
+  const take = takeFromCsv(`${[head, ...lines].join("\n")}\n`, ["pan"]);
+  assert.ok(take.rows.length > 55 && take.rows.length < 62, `${take.rows.length} rows`);
+  assert.deepEqual(take.worst, [0.75]);
+  const last = take.rows.at(-1);
+  assert.deepEqual([last.path, last.axes[0].demand], [0.999, 9.99]);
+  assert.equal(take.rows[0].axes[0].error, 0.25);
+  assert.equal(takeFromCsv([head, ...lines].join("\n"), ["pan", "tilt"]), null);
+  assert.equal(takeFromCsv(head, ["pan"]), null);
+});
+
 test("the ring forgets, takes do not grow without end", () => {
   const trail = new Trail();
   const frame = readFrame(frameBytes({ axes: 1, buses: 0, lines: 0 }));
