@@ -256,7 +256,7 @@ arch:
 # and for two microcontrollers, where every division, float operation and
 # library call is a symbol.  -fcallgraph-info writes who calls whom, and stack.
 # Of a board what its tick runs; the rest is between ticks.
-RT_SRC := $(PORTABLE) $(addprefix firmware/mcu/,servos.c unit.c virtual_drive.c window.c)
+RT_SRC := $(PORTABLE) $(addprefix firmware/mcu/,servos.c unit.c window.c)
 # Images for these are made of the same objects (tests/qemu/qemu.mk,
 # firmware/mcu/mcu.mk).  ccache keeps no call graphs.
 define rt_target

@@ -13,6 +13,7 @@ void mcu_unit_init(struct mcu_unit *unit, const struct mcu_unit_config *config)
 {
     memset(unit, 0, sizeof *unit);
     unit->config = config;
+    drive_virtual_bus_init(&unit->bus);
     for (unsigned i = 0; i < MCU_AXES_MAX; i++)
         mcu_window_init(&unit->window[i],
                         config->ring + (size_t)2 * i * config->window,
@@ -170,7 +171,7 @@ int mcu_unit_set_up(struct mcu_unit *unit, unsigned count,
     unit->controller = controller;
     unit->axis_count = count;
     for (unsigned i = 0; i < count; i++) {
-        mcu_virtual_drive_init(&unit->drive[i], setup[i].pos_q32);
+        drive_virtual_init(&unit->drive[i], &unit->bus, setup[i].pos_q32);
         mcu_window_init(&unit->window[i], unit->window[i].ring,
                         unit->config->window);
     }
@@ -220,8 +221,7 @@ static struct hal_fieldbus_worst mcu_unit_begin(struct mcu_unit *unit,
 {
     struct hal_fieldbus_worst worst = { HAL_FIELDBUS_GOOD, 0 };
 
-    for (unsigned i = 0; i < unit->axis_count; i++)
-        mcu_virtual_drive_begin(&unit->drive[i], now_ns);
+    (void)hal_fieldbus_begin(&unit->bus.fieldbus, now_ns);
     if (unit->driven != 0)
         worst.health =
             hal_fieldbus_begin(&unit->config->servos->bus.fieldbus, now_ns);

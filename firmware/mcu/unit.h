@@ -9,8 +9,8 @@
 
 #include "firmware/control/controller.h"
 #include "firmware/mcu/servos.h"
-#include "firmware/mcu/virtual_drive.h"
 #include "firmware/mcu/window.h"
+#include "hal/drive/virtual/drive.h"
 
 /* What a board is made with; stays the caller's. */
 struct mcu_unit_config {
@@ -50,9 +50,9 @@ struct mcu_unit {
     uint32_t began;      /* the tick of the last move's first set point */
     struct controller_axis axis[MCU_AXES_MAX];
     struct controller_axis_config axis_config[MCU_AXES_MAX];
-    struct mcu_virtual_drive
-        drive[MCU_AXES_MAX]; /* where `driven` has no bit */
-    uint16_t driven;         /* bit per axis: a servo on the line */
+    struct drive_virtual_bus bus;
+    struct drive_virtual drive[MCU_AXES_MAX]; /* where `driven` has no bit */
+    uint16_t driven; /* bit per axis: a servo on the line */
     struct mcu_window window[MCU_AXES_MAX];
     struct mcu_log log;
 };

@@ -84,7 +84,7 @@ rule 'firmware/fmu/.*' \
     'firmware/(fmu|host/base|linux/fmu)/.*' any
 # A board has the controller and drives without an operating system.
 rule 'firmware/mcu/.*' \
-    'firmware/(mcu|control)/.*|hal/([^/]*|(support|modbus|mcu|drive/modbus)/.*)|motion/(core|number)/.*' \
+    'firmware/(mcu|control)/.*|hal/([^/]*|(support|modbus|mcu|drive/(modbus|virtual))/.*)|motion/(core|number)/.*' \
     bytes
 # A kind of drive includes the rooms, and no room includes it; of the kinds it includes
 # itself and what those that count turns share.

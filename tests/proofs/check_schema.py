@@ -132,6 +132,7 @@ BEYOND = {
     "rig_moteus_without_fd",
     "rig_nan",  # a number to YAML
     "rig_negative_limit",
+    "rig_no_buses",
     "rig_node_ours",
     "rig_odrive_endpoints",
     "rig_odrive_no_watchdog",
@@ -154,6 +155,9 @@ BEYOND = {
     "rig_turns_digits",
     "rig_turns_overflow",
     "rig_unknown_bus",
+    "rig_virtual_homing",
+    "rig_virtual_line",
+    "rig_virtual_sim",
     "rig_watchdog",
     "rig_zero_limit",
 }

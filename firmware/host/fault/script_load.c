@@ -91,6 +91,9 @@ static int fault_read_axis(void *reader, const struct yaml_value *value,
     if (rig_kinds[axis->kind]->samples)
         return yaml_value_refuse(value, "is an axis of a board, which has no "
                                         "faults of its own");
+    if (rig_axis_is_virtual(axis))
+        return yaml_value_refuse(value, "is a virtual axis, which has no "
+                                        "faults");
     self->entry->of_axis = self->entry->index;
     return 0;
 }
@@ -189,6 +192,9 @@ static int fault_read_of(void *reader, const struct yaml_value *value,
     (void)out;
     if (yaml_value_choice(value, name, fault_axes(self->rig, name), &index) < 0)
         return -1;
+    if (rig_axis_is_virtual(&self->rig->axis[index]))
+        return yaml_value_refuse(value, "is a virtual axis, which is simulated "
+                                        "nowhere");
     self->has_of = true;
     self->entry->of_axis = index;
     return 0;

@@ -15,9 +15,10 @@
     KIND(MODBUS, modbus, "modbus")                                             \
     KIND(ODRIVE, odrive, "odrive")                                             \
     KIND(MOTEUS, moteus, "moteus")                                             \
-    KIND(SLEW_MCU, slew_mcu, "slew-mcu")
+    KIND(SLEW_MCU, slew_mcu, "slew-mcu")                                       \
+    KIND(VIRTUAL, virtual, "virtual")
 /* As a sentence has them. */
-#define RIG_KIND_WORDS "cia402, modbus, odrive, moteus or slew-mcu"
+#define RIG_KIND_WORDS "cia402, modbus, odrive, moteus, slew-mcu or virtual"
 
 #define RIG_KIND_ENUM(NAME, name, word)  RIG_##NAME,
 #define RIG_KIND_COUNT(NAME, name, word) +1

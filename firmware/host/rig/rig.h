@@ -44,6 +44,7 @@ enum rig_bus_kind { RIG_CANOPEN, RIG_MODBUS_RTU, RIG_MODBUS_TCP, RIG_CAN };
 /* A CAN interface, whatever is spoken on it. */
 struct rig_bus;
 bool rig_bus_is_can(const struct rig_bus *bus);
+#define RIG_NO_BUS UINT32_MAX /* of a virtual axis */
 
 struct rig_bus {
     enum rig_bus_kind kind;
@@ -154,7 +155,7 @@ struct rig_axis {
     int64_t stop_acc_q32, stop_jerk_q32;
     int64_t following_floor_q32; /* fault above max(floor, k |v|) */
     int64_t following_k_ns;
-    uint32_t bus; /* index */
+    uint32_t bus; /* index, or RIG_NO_BUS */
     uint8_t node_id;
     uint8_t node_axis; /* of its node, from 0 */
     /* counts per unit, num != 0 (negative: reversed), den > 0; both position
@@ -193,6 +194,9 @@ struct rig_axis {
     struct rig_sim sim;
     struct plan_place place;
 };
+
+/* Without a motor: on no bus, and always where it was told to be. */
+bool rig_axis_is_virtual(const struct rig_axis *axis);
 
 /* Where a CiA 402 axis has what the first axis of its node has there. */
 uint16_t rig_axis_object(const struct rig_axis *axis, uint16_t index);

@@ -18,6 +18,11 @@ int rig_axis_index(const struct rig *rig, const char *name)
     return -1;
 }
 
+bool rig_axis_is_virtual(const struct rig_axis *axis)
+{
+    return axis->bus == RIG_NO_BUS;
+}
+
 const char *rig_axis_list(const struct rig *rig, char list[QUOTE_LIST_MAX])
 {
     const char *name[RIG_AXES_MAX];

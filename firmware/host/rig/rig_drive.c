@@ -30,6 +30,8 @@ int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
     const char *names[RIG_BUSES_MAX];
     unsigned index;
 
+    if (rig->bus_count == 0)
+        return yaml_value_refuse(value, "is none, as the rig has no 'buses'");
     for (uint32_t i = 0; i < rig->bus_count; i++)
         names[i] = rig->bus[i].name;
     if (yaml_value_choice(value, names, rig->bus_count, &index) < 0)

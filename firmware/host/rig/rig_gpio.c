@@ -99,6 +99,11 @@ static int rig_read_line_axis(void *reader, const struct yaml_value *value,
     if (axis < 0)
         return yaml_value_refuse(value, "'%.40s' is not an axis of this rig",
                                  name);
+    if (rig_axis_is_virtual(&rig->axis[axis]))
+        return yaml_value_refuse(value,
+                                 "%s is a virtual axis, which has no "
+                                 "switches",
+                                 name);
     for (uint32_t i = 0; i + 1 < rig->line_count; i++)
         if (rig->line[i].kind == line->kind && rig->line[i].axis == axis)
             return yaml_value_refuse(value, "%s has %s as its %s already", name,

@@ -291,6 +291,9 @@ int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
 {
     const struct rig_axis *axis = ((struct rig_reader *)reader)->axis;
     struct homing_config *homing = out;
+    if (rig_axis_is_virtual(axis))
+        return yaml_value_refuse(value, "is not for %s",
+                                 rig_homing_drive(reader)->cannot_home);
     if (rig_homing_drive(reader)->samples)
         return yaml_value_refuse(value, "is not for an axis of a board, which "
                                         "stands where its servo says");

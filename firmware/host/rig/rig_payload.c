@@ -96,6 +96,11 @@ static int payload_read_axis(void *reader, const struct yaml_value *value,
         named.expected = rig_axis_list(self->rig, list);
         return yaml_value_refuse(&named, "'%s' is not of the rig", name);
     }
+    if (rig_axis_is_virtual(&self->rig->axis[index]))
+        return yaml_value_refuse(value,
+                                 "%s is a virtual axis, which carries "
+                                 "nothing",
+                                 name);
     *(uint32_t *)out = (uint32_t)index;
     return 0;
 }

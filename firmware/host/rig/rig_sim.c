@@ -176,7 +176,22 @@ static const struct yaml_field rig_sim_fields[] = {
 const struct yaml_shape rig_sim_shape = { "sim", rig_sim_fields,
                                           ARRAY_LEN(rig_sim_fields) };
 
+/* A virtual axis is nothing but where it stands. */
+static const struct yaml_field rig_virtual_sim_fields[] = {
+    { "start", YAML_OPTIONAL, "where the axis stands at power-on",
+      rig_read_start, offsetof(struct rig_sim, start_q32) },
+};
+const struct yaml_shape rig_virtual_sim_shape = {
+    "virtual_sim", rig_virtual_sim_fields, ARRAY_LEN(rig_virtual_sim_fields)
+};
+
 int rig_read_sim(void *reader, const struct yaml_value *value, void *out)
 {
-    return yaml_fields_read(value, &rig_sim_shape, reader, out);
+    const struct rig_reader *self = reader;
+
+    return yaml_fields_read(value,
+                            rig_axis_is_virtual(self->axis)
+                                ? &rig_virtual_sim_shape
+                                : &rig_sim_shape,
+                            reader, out);
 }

@@ -56,6 +56,12 @@ int fmu_model_init(struct fmu_model *model, const struct files *files,
                      path, rig->axis[i].name);
             return -1;
         }
+        if (rig_axis_is_virtual(&rig->axis[i])) {
+            snprintf(model->message, sizeof model->message,
+                     "%s: axis %s is virtual, expected axes with drives", path,
+                     rig->axis[i].name);
+            return -1;
+        }
         rig->axis[i].homing.by = HOMING_NONE;
         model_defaults(model, i);
     }
@@ -167,12 +173,12 @@ static void model_tick(struct fmu_model *model, bool follow)
     struct machine *const machine = &model->machine;
 
     sim_world_run(&model->sim.world, now_ns);
-    for (unsigned i = 0; i < model->rig.bus_count; i++)
+    for (unsigned i = 0; i <= model->rig.bus_count; i++)
         (void)hal_fieldbus_begin(machine->fieldbus[i], now_ns);
     model_requests(model);
     for (unsigned i = 0; i < model->rig.axis_count; i++)
         model_tick_axis(model, i, follow);
-    for (unsigned i = 0; i < model->rig.bus_count; i++)
+    for (unsigned i = 0; i <= model->rig.bus_count; i++)
         hal_fieldbus_end(machine->fieldbus[i], now_ns);
     model->tick_ns += model->rig.period_ns;
 }

@@ -9,6 +9,7 @@
 #include "hal/drive/moteus/drive.h"
 #include "hal/drive/odrive/drive.h"
 #include "hal/drive/slew_mcu/drive.h"
+#include "hal/drive/virtual/drive.h"
 #include "sim/device/cia402/servo.h"
 #include "sim/device/modbus/servo.h"
 #include "sim/device/moteus/servo.h"
@@ -20,6 +21,7 @@ union machine_drive {
     struct drive_odrive odrive;
     struct drive_moteus moteus;
     struct drive_slew_mcu slew_mcu;
+    struct drive_virtual virtual_axis;
 };
 
 struct board_sim; /* its kind's */

@@ -220,7 +220,7 @@ static void machine_storage(struct machine *machine, const struct rig *rig)
     CAPACITY(input, rig->line_count);
 #undef CAPACITY
     machine->fieldbus =
-        memory_pool_new(memory, buses, sizeof(struct hal_fieldbus *));
+        memory_pool_new(memory, buses + 1, sizeof(struct hal_fieldbus *));
     machine->axis = memory_pool_new(memory, axes, sizeof(struct hal_drive *));
 }
 
@@ -243,6 +243,8 @@ int machine_init(struct machine *machine, const struct rig *rig,
         if (err < 0)
             return machine_fail(message, "bus", rig->bus[i].name, err);
     }
+    drive_virtual_bus_init(&machine->virtual_bus);
+    machine->fieldbus[rig->bus_count] = &machine->virtual_bus.fieldbus;
     for (unsigned i = 0; i < rig->axis_count; i++) {
         int err = machine_kinds[rig->axis[i].kind]->init(machine, i);
         if (err < 0)
@@ -259,7 +261,7 @@ static struct hal_fieldbus_worst machine_begin(struct machine *machine,
                                                int64_t now_ns)
 {
     struct hal_fieldbus_worst worst = { HAL_FIELDBUS_GOOD, 0 };
-    for (unsigned i = 0; i < machine->rig->bus_count; i++) {
+    for (unsigned i = 0; i <= machine->rig->bus_count; i++) {
         const enum hal_fieldbus_health health =
             hal_fieldbus_begin(machine->fieldbus[i], now_ns);
         if (health > worst.health)
@@ -271,7 +273,7 @@ static struct hal_fieldbus_worst machine_begin(struct machine *machine,
 static void machine_end(struct machine *machine, int64_t now_ns)
 {
     guardian_tick(machine->ports.guardian, ++machine->ticks);
-    for (unsigned i = 0; i < machine->rig->bus_count; i++)
+    for (unsigned i = 0; i <= machine->rig->bus_count; i++)
         hal_fieldbus_end(machine->fieldbus[i], now_ns);
 }
 

@@ -53,7 +53,8 @@ struct machine {
     struct modbus_bus *modbus;
     struct can_bus *can;
     union machine_drive *drive;
-    struct hal_fieldbus **fieldbus; /* of either kind */
+    struct drive_virtual_bus virtual_bus;
+    struct hal_fieldbus **fieldbus; /* of the rig's buses, and virtual_bus */
     struct hal_drive **axis;
     struct controller_axis_config *axis_config;
     struct controller_axis *axis_state;

@@ -63,6 +63,7 @@ int machine_sim_switches(struct machine_sim *sim);
 void machine_sim_stick(struct machine_sim *sim, unsigned i,
                        enum sim_gpio_level level);
 void machine_sim_let_go(struct machine_sim *sim, unsigned i);
+/* Of an axis that is not virtual, as are those below. */
 int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i);
 
 /* machine_sim_modbus.c: line and master of a bus. */

@@ -88,6 +88,8 @@ int machine_sim_loads(struct machine_sim *sim, unsigned *axis)
         const struct rig_sim *const has = &sim->rig->axis[i].sim;
         struct sim_mechanics *const mechanics =
             has->load.given ? &sim->mechanics[i] : NULL;
+        if (rig_axis_is_virtual(&sim->rig->axis[i]))
+            continue;
         *axis = i;
         const int err = machine_sim_attach(
             &sim->rig->axis[i], i, machine_sim_plant_of(sim, i), mechanics);

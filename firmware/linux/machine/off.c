@@ -159,8 +159,13 @@ bool off_all(const struct rig *rig, const struct off_config *config,
         rig_free(&bus[i].rig);
     }
     memory_free(bus);
-    for (unsigned i = 0; i < rig->axis_count; i++)
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        if (rig_axis_is_virtual(&rig->axis[i]))
+            axis[i] = (struct off_axis){ .state = HAL_DRIVE_OFF,
+                                         .is_off = true,
+                                         .text = "is virtual: no torque" };
         all &= axis[i].is_off;
+    }
     if (config->real)
         off_light(rig, !all);
     return all;

@@ -53,6 +53,11 @@ static void live_axis(const struct sim_live *live, unsigned i)
 {
     struct machine_sim *const sim = &live->server->sim;
     const struct rig_axis *const axis = &sim->rig->axis[i];
+
+    if (rig_axis_is_virtual(axis)) {
+        printf("%-12s virtual", axis->name);
+        return;
+    }
     const int64_t pos_q32 = machine_sim_pos_q32(sim, i) + sim->zero_q32[i];
 
     printf("%-12s %12.4f %-5s", axis->name, (double)pos_q32 * 0x1p-32,

@@ -53,6 +53,11 @@ int sim_server_open(struct sim_server *server, const struct rig *rig,
 {
     int err;
 
+    if (rig->bus_count == 0) {
+        snprintf(message, YAML_MESSAGE_MAX,
+                 "the rig has no bus that its drives could be shown on");
+        return MOTION_E_EMPTY;
+    }
     server->rig = rig;
     server->address = address;
 #define CAPACITY(array)                                                        \

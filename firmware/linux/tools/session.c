@@ -99,6 +99,9 @@ static int session_who(struct session *session,
     int found;
 
     if (axis >= 0) {
+        if (rig_axis_is_virtual(&session->rig.axis[axis]))
+            return session_refuse(message, config->who,
+                                  "is a virtual axis, which has no drive");
         *bus = session->rig.axis[axis].bus;
         session->kind = tool_kinds[session->rig.axis[axis].kind];
         session->node = session->rig.axis[axis].node_id;

@@ -18,7 +18,7 @@ import stack
 
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 NM = CROSS + "nm"
-PORTABLE = re.compile(r"motion/core/|firmware/control/|firmware/mcu/virtual_drive")
+PORTABLE = re.compile(r"motion/core/|firmware/control/|hal/drive/virtual/")
 # What servo drives on a board's own line take besides.
 SERVOS = re.compile(r"hal/drive/modbus/|hal/support/(?!crc32)|"
                     r"firmware/mcu/servos|hal/mcu/map|"

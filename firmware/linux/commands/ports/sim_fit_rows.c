@@ -100,6 +100,8 @@ static void fit_rows_end(struct sim_fit_axis *self)
 static const char *fit_rows_other(const struct rig *rig,
                                   const struct rig_axis *axis)
 {
+    if (rig_axis_is_virtual(axis))
+        return "it is virtual";
     if (!rig_bus_is_can(&rig->bus[axis->bus]))
         return "its drive is on Modbus and has a ramp of its own";
     if (axis->point_to_point)

@@ -52,6 +52,11 @@ static void run_intent_row(struct table *table, const struct run_when *self,
     run_intent_margin(table, self, i, MOTION_VEL);
     run_intent_margin(table, self, i, MOTION_ACC);
     run_intent_margin(table, self, i, MOTION_JERK);
+    if (rig_axis_is_virtual(rig)) {
+        table_cell(table, "virtual");
+        table_cell(table, "-");
+        return;
+    }
     table_cell(table, "%s", self->job->rig.bus[rig->bus].name);
     table_cell(table, "%u", rig->node_id);
 }

@@ -6,8 +6,8 @@
 
 #include "firmware/control/arm.h"
 #include "firmware/linux/kind/slew_mcu/board_sim.h"
-#include "firmware/mcu/virtual_drive.h"
 #include "hal/drive/slew_mcu/drive.h"
+#include "hal/drive/virtual/drive.h"
 #include "hal/modbus/master.h"
 #include "tests/support/check.h"
 
@@ -29,7 +29,8 @@ struct bench {
     struct modbus_bus bus;
     struct board_sim board[BOARDS];
     struct drive_slew_mcu drive[AXES - 1];
-    struct mcu_virtual_drive own;
+    struct drive_virtual_bus nearby;
+    struct drive_virtual own;
     struct controller_axis_config config[AXES];
     struct controller_axis axis[AXES];
     struct controller controller;
@@ -54,7 +55,7 @@ static void tick(void)
     bench->now_ns += MS;
     sim_world_run(&bench->world, bench->now_ns);
     worst.health = hal_fieldbus_begin(&bench->bus.fieldbus, bench->now_ns);
-    mcu_virtual_drive_begin(&bench->own, bench->now_ns);
+    (void)hal_fieldbus_begin(&bench->nearby.fieldbus, bench->now_ns);
     controller_step(controller, bench->now_ns, worst);
     if (moved && controller->reaction == CONTROLLER_REACT_NONE &&
         bench->playback.state == PLAYBACK_PLAYING && bench->rows < 20000) {
@@ -146,7 +147,8 @@ static void set_up(void)
                          MOTION_OK);
         drive[i] = &bench->drive[i].drive;
     }
-    mcu_virtual_drive_init(&bench->own, 3 * ONE);
+    drive_virtual_bus_init(&bench->nearby);
+    drive_virtual_init(&bench->own, &bench->nearby, 3 * ONE);
     drive[AXES - 1] = &bench->own.drive;
     config.axis = bench->config;
     assert_int_equal(
