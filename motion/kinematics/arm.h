@@ -24,6 +24,7 @@ struct motion_arm_joint {
     int64_t a_q32, d_q32;
     int64_t alpha_deg_q32, theta_deg_q32;
     bool is_prismatic;
+    bool is_fixed;   /* the inverse leaves it where it starts */
     bool is_limited; /* low <= position <= high */
     int64_t low_q32, high_q32;
 };
@@ -67,6 +68,8 @@ int motion_arm_camera(const struct motion_arm *arm,
  * motion, each joint within half a turn of its start if its limits allow.
  * Where that descent ends nowhere, or outside the limits, the nearest answer of
  * motion_arm_answers.  The pose is met within 2^-20 of the unit and 2^-29 rad.
+ * Joints that are fixed stay, so that an arm with more than six, on a rail say,
+ * has as many answers as one with six.
  * MOTION_E_UNREACHABLE when no answer is found; MOTION_E_SINGULAR when joints
  * are not determined there (the Jacobian has lost a rank); MOTION_E_ARG. */
 int motion_arm_inverse(const struct motion_arm *arm,

@@ -57,11 +57,14 @@ static struct motion_real arm_scale(const struct motion_arm *arm)
 static void arm_scale_jacobian(struct arm_descent *d)
 {
     for (uint32_t i = 0; i < d->arm->count; i++) {
+        struct motion_real *column = d->jacobian.column[i];
+        if (d->arm->joint[i].is_fixed)
+            for (int k = 0; k < ARM_ROWS; k++)
+                column[k] = motion_real_zero();
         if (d->arm->joint[i].is_prismatic)
             continue; /* travel counts in the scale too */
         for (int k = 0; k < 3; k++)
-            d->jacobian.column[i][k] =
-                motion_real_div(d->jacobian.column[i][k], d->scale);
+            column[k] = motion_real_div(column[k], d->scale);
     }
 }
 
@@ -140,12 +143,12 @@ static void arm_substitute(arm_square a, uint32_t n,
             x[i] = motion_real_sub(x[i], motion_real_mul(a[k][i], x[k]));
 }
 
-/* J^T J of the columns; of an arm with more than six joints J J^T. */
-static uint32_t arm_gram(const struct arm_descent *d, bool rows, arm_square a)
+/* J^T J of `count` columns; by rows J J^T. */
+static uint32_t arm_gram(const struct motion_arm_jacobian *j, uint32_t count,
+                         bool rows, arm_square a)
 {
-    const uint32_t n = rows ? ARM_ROWS : d->arm->count;
-    const uint32_t m = rows ? d->arm->count : ARM_ROWS;
-    const struct motion_arm_jacobian *const j = &d->jacobian;
+    const uint32_t n = rows ? ARM_ROWS : count;
+    const uint32_t m = rows ? count : ARM_ROWS;
 
     for (uint32_t r = 0; r < n; r++)
         for (uint32_t c = 0; c <= r; c++) {
@@ -159,11 +162,21 @@ static uint32_t arm_gram(const struct arm_descent *d, bool rows, arm_square a)
     return n;
 }
 
+/* Of the joints that are not fixed. */
 static bool arm_is_singular(const struct arm_descent *d)
 {
+    struct motion_arm_jacobian moving;
+    uint32_t count = 0;
     arm_square a;
-    const uint32_t n = arm_gram(d, d->arm->count > ARM_ROWS, a);
 
+    for (uint32_t i = 0; i < d->arm->count; i++) {
+        if (d->arm->joint[i].is_fixed)
+            continue;
+        for (int k = 0; k < ARM_ROWS; k++)
+            moving.column[count][k] = d->jacobian.column[i][k];
+        count++;
+    }
+    const uint32_t n = arm_gram(&moving, count, count > ARM_ROWS, a);
     return !arm_factor(a, n, ARM_RANK_BITS);
 }
 
@@ -176,7 +189,7 @@ static bool arm_step(const struct arm_descent *d, int damp,
 {
     const struct motion_real most = motion_real_make(1, ARM_STEP_MAX);
     arm_square a;
-    const uint32_t n = arm_gram(d, false, a);
+    const uint32_t n = arm_gram(&d->jacobian, d->arm->count, false, a);
 
     for (uint32_t i = 0; i < n; i++) {
         a[i][i] = motion_real_add(
@@ -305,8 +318,10 @@ static bool arm_is_allowed(struct arm_descent *d, const int64_t *start_q32)
     bool all = true;
 
     for (uint32_t i = 0; i < d->arm->count; i++)
-        all =
-            arm_turns(&d->arm->joint[i], start_q32[i], &d->joint_q32[i]) && all;
+        if (!d->arm->joint[i].is_fixed)
+            all =
+                arm_turns(&d->arm->joint[i], start_q32[i], &d->joint_q32[i]) &&
+                all;
     return all;
 }
 
@@ -379,6 +394,8 @@ static void arm_spread(struct arm_descent *d, uint32_t k,
         struct motion_real middle = motion_real_from_q(start_q32[i], 32);
         struct motion_real span = motion_real_int(360);
 
+        if (joint->is_fixed)
+            continue;
         if (joint->is_prismatic && joint->is_limited) {
             const struct motion_real low =
                 motion_real_from_q(joint->low_q32, 32);

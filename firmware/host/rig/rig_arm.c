@@ -175,7 +175,47 @@ static int rig_read_tool(void *reader, const struct yaml_value *value,
                : 0;
 }
 
+struct rig_base {
+    struct motion_vec position;
+    struct motion_dir z, x;
+};
+
+static const struct yaml_field rig_base_fields[] = {
+    { "position", YAML_OPTIONAL, "a place in space: [x, y, z]", rig_read_point,
+      offsetof(struct rig_base, position) },
+    { "z", YAML_OPTIONAL, "the axis of the first joint, such as [0, 1, 0]",
+      rig_read_direction, offsetof(struct rig_base, z) },
+    { "x", YAML_OPTIONAL, "a direction across z, such as [1, 0, 0]",
+      rig_read_direction, offsetof(struct rig_base, x) },
+};
+const struct yaml_shape rig_base_shape = { "base", rig_base_fields,
+                                           ARRAY_LEN(rig_base_fields) };
+
+static int rig_read_base(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    const int64_t one = (int64_t)1 << 62;
+    struct rig_base base = { motion_vec_zero(),
+                             { { 0, 0, one } },
+                             { { one, 0, 0 } } };
+    struct motion_pose *pose = out;
+    struct motion_dir axis[3];
+
+    if (yaml_fields_read(value, &rig_base_shape, reader, &base) < 0)
+        return -1;
+    pose->origin = base.position;
+    axis[2] = base.z;
+    if (motion_dir_perpendicular(base.x, base.z, &axis[0]) < 0)
+        return yaml_value_refuse(value, "has z and x in one line");
+    axis[1] = motion_dir_cross(axis[2], axis[0]);
+    return motion_quat_from_axes(axis, &pose->q) < 0
+               ? yaml_value_refuse(value, "is no rotation")
+               : 0;
+}
+
 static const struct yaml_field rig_arm_fields[] = {
+    { "base", YAML_OPTIONAL, "a map with position, z and x", rig_read_base,
+      offsetof(struct plan_arm, base) },
     { "joints", YAML_REQUIRED,
       "a list of 1 .. 8 maps with axis, a, d, alpha and theta", rig_read_links,
       0 },
@@ -193,6 +233,7 @@ int rig_read_arm(void *reader, const struct yaml_value *value, void *out)
                                    { { 0, one, 0 } } };
     struct plan_arm *arm = out;
 
+    arm->base = (struct motion_pose){ motion_vec_zero(), MOTION_QUAT_ONE };
     (void)rig_set_tool(&tool, &arm->tool);
     return yaml_fields_read(value, &rig_arm_shape, reader, arm);
 }

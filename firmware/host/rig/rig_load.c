@@ -105,6 +105,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_arc_shape,
     &rig_rail_shape,
     &rig_arm_shape,
+    &rig_base_shape,
     &rig_link_shape,
     &rig_tool_shape,
     &rig_gantry_shape,

@@ -157,9 +157,9 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_can_bus_shape, rig_scale_shape, rig_option_shape, rig_times_shape,
     rig_pdo_shape, rig_kinematics_shape, rig_linear_shape, rig_slide_shape,
     rig_joint_shape, rig_arc_shape, rig_rail_shape, rig_arm_shape,
-    rig_link_shape, rig_tool_shape, rig_gantry_shape, rig_jib_shape,
-    rig_head_shape, rig_table_shape, rig_lens_shape, rig_payload_shape,
-    rig_quirks_shape;
+    rig_link_shape, rig_tool_shape, rig_base_shape, rig_gantry_shape,
+    rig_jib_shape, rig_head_shape, rig_table_shape, rig_lens_shape,
+    rig_payload_shape, rig_quirks_shape;
 #define RIG_KIND_SHAPE(NAME, name, word)                                       \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)

@@ -120,16 +120,27 @@ struct arm_joints {
     double axis[MOTION_ARM_JOINTS_MAX][3], origin[MOTION_ARM_JOINTS_MAX][3];
 };
 
+static struct arm_frame arm_base(const struct motion_pose *base)
+{
+    struct arm_frame frame;
+
+    for (int i = 0; i < 3; i++) {
+        struct motion_dir dir = { { 0, 0, 0 } };
+        dir.q62[i] = (int64_t)1 << 62;
+        dir = motion_quat_turn(base->q, dir);
+        for (int k = 0; k < 3; k++)
+            frame.x[i].x[k] = plan_jet_of(ldexp((double)dir.q62[k], -62));
+        frame.origin.x[i] = plan_jet_of(plan_rig_real(base->origin.x[i]));
+    }
+    return frame;
+}
+
 static void arm_forward(const struct plan_arm *arm,
                         const struct plan_jet joint[],
                         struct plan_rig_camera *camera,
                         struct arm_joints *joints)
 {
-    static const double unit[3][3] = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } };
-    struct arm_frame frame = { { plan_jet_vec_of(unit[0]),
-                                 plan_jet_vec_of(unit[1]),
-                                 plan_jet_vec_of(unit[2]) },
-                               { { { 0, 0, 0 } } } };
+    struct arm_frame frame = arm_base(&arm->base);
 
     for (uint32_t i = 0; i < arm->arm.count; i++) {
         for (int k = 0; k < 3; k++) {
@@ -195,24 +206,31 @@ static void arm_turn(const struct plan_rig_frame *from,
         }
 }
 
-/* Columns of the Jacobian of the pupil, rotations in lengths. */
-static void arm_columns(const struct plan_arm *arm,
-                        const struct plan_rig_camera *at,
-                        const struct arm_joints *joints,
-                        double column[][ARM_ROWS])
+/* Columns of the Jacobian of the pupil, rotations in lengths, of the joints that
+ * are not fixed; returns how many. */
+static uint32_t arm_columns(const struct plan_arm *arm,
+                            const struct plan_rig_camera *at,
+                            const struct arm_joints *joints,
+                            double column[][ARM_ROWS])
 {
+    uint32_t count = 0;
+
     for (uint32_t i = 0; i < arm->arm.count; i++) {
         const double *z = joints->axis[i];
         const bool slides = arm->arm.joint[i].is_prismatic;
         double off[3];
+        if (arm->arm.joint[i].is_fixed)
+            continue;
         for (int k = 0; k < 3; k++)
             off[k] = at->pupil.x[k].p - joints->origin[i][k];
         for (int k = 0; k < 3; k++) {
             const int m = (k + 1) % 3, n = (k + 2) % 3;
-            column[i][k] = slides ? z[k] : z[m] * off[n] - z[n] * off[m];
-            column[i][3 + k] = slides ? 0 : ARM_LENGTH * z[k];
+            column[count][k] = slides ? z[k] : z[m] * off[n] - z[n] * off[m];
+            column[count][3 + k] = slides ? 0 : ARM_LENGTH * z[k];
         }
+        count++;
     }
+    return count;
 }
 
 /* x with the least squares of column x - rate, by Gram-Schmidt, which does not
@@ -295,6 +313,22 @@ static bool arm_is_there(const struct plan_rig_camera *at,
            arm_norm(miss + 3, 3) < ARM_NEAR_RAD * ARM_LENGTH;
 }
 
+/* x of each joint with which the tool goes at a rate; 0 of those that are
+ * fixed. */
+static int arm_rates(const struct plan_arm *arm, uint32_t count,
+                     double column[][ARM_ROWS], const double rate[ARM_ROWS],
+                     double x[])
+{
+    double moving[MOTION_ARM_JOINTS_MAX];
+    uint32_t from = 0;
+
+    if (!arm_solve(count, column, rate, moving))
+        return MOTION_E_SINGULAR;
+    for (uint32_t i = 0; i < arm->arm.count; i++)
+        x[i] = arm->arm.joint[i].is_fixed ? 0 : moving[from++];
+    return MOTION_OK;
+}
+
 /* A step of Newton's method, no longer than it can be trusted. */
 static void arm_step(const struct plan_arm *arm, const double x[],
                      struct plan_jet joint[])
@@ -311,61 +345,70 @@ static void arm_step(const struct plan_arm *arm, const double x[],
 
 static int arm_place(const struct plan_arm *arm,
                      const struct plan_rig_camera *camera,
-                     struct plan_jet joint[], double column[][ARM_ROWS])
+                     struct plan_jet joint[], double column[][ARM_ROWS],
+                     uint32_t *count)
 {
     struct plan_rig_camera at;
     struct arm_joints joints;
     double miss[ARM_ROWS], x[MOTION_ARM_JOINTS_MAX], before = DBL_MAX;
 
-    for (uint32_t i = 0; i < arm->arm.count; i++)
-        joint[i].v = joint[i].a = 0;
     for (int step = 0; step < ARM_STEPS; step++) {
         arm_forward(arm, joint, &at, &joints);
-        arm_columns(arm, &at, &joints, column);
+        *count = arm_columns(arm, &at, &joints, column);
         arm_miss(&at, camera, miss);
         const double now = arm_norm(miss, ARM_ROWS);
         /* one more step when it is there: rounding is all that is left */
         if (arm_is_there(&at, camera, miss) && !(now < before / 4))
             return MOTION_OK;
         before = now;
-        if (!arm_solve(arm->arm.count, column, miss, x))
+        if (arm_rates(arm, *count, column, miss, x) < 0)
             return MOTION_E_SINGULAR;
         arm_step(arm, x, joint);
     }
     return MOTION_E_UNREACHABLE;
 }
 
+/* What of a derivative is left to the joints that are not fixed. */
+static void arm_left(const struct plan_rig_camera *to,
+                     const struct plan_rig_camera *at, arm_part *part,
+                     double rate[ARM_ROWS])
+{
+    double made[3];
+
+    arm_turn(&to->frame, &to->frame, part, rate + 3);
+    arm_turn(&at->frame, &at->frame, part, made);
+    for (int k = 0; k < 3; k++) {
+        rate[k] = part(&to->pupil.x[k]) - part(&at->pupil.x[k]);
+        rate[3 + k] = ARM_LENGTH * (rate[3 + k] - made[k]);
+    }
+}
+
 int plan_arm_follow(const struct plan_arm *arm,
                     const struct plan_rig_camera *camera,
                     struct plan_jet joint[])
 {
-    const uint32_t count = arm->arm.count;
     double column[MOTION_ARM_JOINTS_MAX][ARM_ROWS], rate[ARM_ROWS],
-        bend[ARM_ROWS], x[MOTION_ARM_JOINTS_MAX];
+        x[MOTION_ARM_JOINTS_MAX];
     struct plan_rig_camera at;
-    int err = arm_place(arm, camera, joint, column);
+    uint32_t count = 0;
 
+    for (uint32_t i = 0; i < arm->arm.count; i++)
+        if (!arm->arm.joint[i].is_fixed)
+            joint[i].v = joint[i].a = 0;
+    int err = arm_place(arm, camera, joint, column, &count);
     if (err < 0)
         return err;
-    arm_turn(&camera->frame, &camera->frame, arm_v, rate + 3);
-    for (int k = 0; k < 3; k++) {
-        rate[k] = camera->pupil.x[k].v;
-        rate[3 + k] *= ARM_LENGTH;
-    }
-    if (!arm_solve(count, column, rate, x))
-        return MOTION_E_SINGULAR;
-    for (uint32_t i = 0; i < count; i++)
-        joint[i].v = x[i];
-    plan_arm_camera(arm, joint, &at); /* with q'' = 0 */
-    arm_turn(&camera->frame, &camera->frame, arm_a, rate + 3);
-    arm_turn(&at.frame, &at.frame, arm_a, bend + 3);
-    for (int k = 0; k < 3; k++) {
-        rate[k] = camera->pupil.x[k].a - at.pupil.x[k].a;
-        rate[3 + k] = ARM_LENGTH * (rate[3 + k] - bend[3 + k]);
-    }
-    if (!arm_solve(count, column, rate, x))
-        return MOTION_E_SINGULAR;
-    for (uint32_t i = 0; i < count; i++)
-        joint[i].a = x[i];
-    return MOTION_OK;
+    plan_arm_camera(arm, joint, &at);
+    arm_left(camera, &at, arm_v, rate);
+    err = arm_rates(arm, count, column, rate, x);
+    if (err < 0)
+        return err;
+    for (uint32_t i = 0; i < arm->arm.count; i++)
+        joint[i].v += x[i];
+    plan_arm_camera(arm, joint, &at); /* with q'' = 0 of those */
+    arm_left(camera, &at, arm_a, rate);
+    err = arm_rates(arm, count, column, rate, x);
+    for (uint32_t i = 0; i < arm->arm.count && err == MOTION_OK; i++)
+        joint[i].a += x[i];
+    return err;
 }

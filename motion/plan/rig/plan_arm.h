@@ -30,7 +30,8 @@ double plan_arm_joint_of_q32(const struct plan_arm *arm, uint32_t i,
  *     J q' = (v, w)      J q'' = (a, w') - (d/dt J) q'
  *
  * v of the pupil, w the angular velocity; both by least squares, as an arm may
- * have fewer than six joints.  MOTION_E_UNREACHABLE, MOTION_E_SINGULAR where the
+ * have fewer than six joints.  Joints that are fixed (arm.h) move as joint[] says
+ * and the others make up for it; these are six at most.  MOTION_E_UNREACHABLE, MOTION_E_SINGULAR where the
  * joints are not determined; joint[] is then of no use. */
 int plan_arm_follow(const struct plan_arm *arm,
                     const struct plan_rig_camera *camera,

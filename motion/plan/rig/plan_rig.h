@@ -24,7 +24,8 @@ enum plan_lens { PLAN_LENS_FOCUS, PLAN_LENS_ZOOM, PLAN_LENSES };
 
 /* A serial arm; its tool looks along the view of `tool`. */
 struct plan_arm {
-    struct motion_arm arm; /* count 0: there is none */
+    struct motion_arm arm;   /* count 0: there is none */
+    struct motion_pose base; /* of its table's first frame, in space */
     struct motion_arm_tool tool;
     struct plan_rig_axis axis[MOTION_ARM_JOINTS_MAX];
     struct motion_axis_map map[MOTION_ARM_JOINTS_MAX];

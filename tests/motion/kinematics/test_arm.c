@@ -321,6 +321,43 @@ static void poses_of_any_arm_are_met(void **state)
     }
 }
 
+/* A rail below, say: it stays where it starts, whatever else could be. */
+static void fixed_joints_stay(void **state)
+{
+    unsigned met = 0;
+
+    (void)state;
+    seed_from(__func__);
+    for (int n = 0; n < ROUNDS / 10; n++) {
+        int64_t joint_q32[MOTION_ARM_JOINTS_MAX],
+            start_q32[MOTION_ARM_JOINTS_MAX], got_q32[MOTION_ARM_JOINTS_MAX];
+        struct motion_pose flange;
+        struct motion_arm arm;
+
+        do
+            random_arm(&arm, 7 + (uint32_t)n % 2);
+        while (!is_able(&arm));
+        random_joints(joint_q32, 170);
+        random_joints(start_q32, 170);
+        for (uint32_t i = 0; i < arm.count - 6; i++) {
+            const uint32_t k = i == 0 ? (uint32_t)n % 7 : 7;
+            arm.joint[k].is_fixed = true;
+            start_q32[k] = joint_q32[k];
+        }
+        assert_int_equal(motion_arm_flange(&arm, joint_q32, &flange),
+                         MOTION_OK);
+        if (motion_arm_inverse(&arm, &flange, start_q32, got_q32) < 0)
+            continue;
+        met++;
+        for (uint32_t i = 0; i < arm.count; i++)
+            if (arm.joint[i].is_fixed)
+                assert_int_equal(got_q32[i], joint_q32[i]);
+        assert_meets(&arm, &flange, got_q32);
+    }
+    print_message("%u of %d poses met\n", met, ROUNDS / 10);
+    assert_true(met > ROUNDS / 10 * 9 / 10);
+}
+
 static void all_answers_are_found(void **state)
 {
     static const struct {
@@ -470,6 +507,7 @@ int main(void)
         cmocka_unit_test(jacobians_are_derivatives),
         cmocka_unit_test(joints_are_found_again),
         cmocka_unit_test(poses_of_any_arm_are_met),
+        cmocka_unit_test(fixed_joints_stay),
         cmocka_unit_test(all_answers_are_found),
         cmocka_unit_test(limits_choose_the_branch),
         cmocka_unit_test(poses_out_of_reach_are_refused),
