@@ -77,23 +77,21 @@ bool job_camera_rig(const struct job *job, struct plan_rig *rig)
     return true;
 }
 
+const struct plan_camera *job_camera_look(const struct job *job)
+{
+    const struct plan_path *path = job->move.path;
+
+    return path != NULL && path->tool.look != NULL ? path->tool.look
+                                                   : job->move.camera;
+}
+
 bool job_camera_subject(const struct job *job, int64_t t_ns_q12,
                         struct plan_jet_vec *subject)
 {
-    const struct plan_camera *camera = job->move.camera;
-    const struct plan_path *path = job->move.path;
+    const struct plan_camera *camera = job_camera_look(job);
 
-    if (path != NULL && path->carrier != NULL && path->tool.looks)
-        for (int i = 0; i < 3; i++)
-            subject->x[i] =
-                plan_jet_of(number_double(path->tool.at_q32[i], 32));
-    if (camera == NULL)
-        return path != NULL && path->carrier != NULL && path->tool.looks;
-    if (plan_follow_subject(camera, job->track, t_ns_q12, subject))
-        return true;
-    for (int i = 0; i < 3; i++)
-        subject->x[i] = plan_jet_of(number_double(camera->point_q32[i], 32));
-    return camera->look == PLAN_LOOK_AT;
+    return camera != NULL &&
+           plan_follow_subject(camera, job->track, t_ns_q12, subject);
 }
 
 static int64_t camera_axis(const struct job *job,
@@ -122,8 +120,12 @@ static bool camera_on_arm(const struct job *job, int64_t t_ns_q12,
             &rig.arm, i,
             rig.arm.axis[i].is_given ? plan_arm_joint(&rig.arm, i, axis).p : 0);
     }
-    return motion_arm_camera(&rig.arm.arm, &rig.arm.tool, joint_q32, camera) ==
-           MOTION_OK;
+    if (motion_arm_camera(&rig.arm.arm, &rig.arm.tool, joint_q32, camera) < 0)
+        return false;
+    camera->q = motion_quat_mul(rig.arm.base.q, camera->q);
+    camera->pupil = motion_vec_add(
+        rig.arm.base.origin, motion_mount_turn(rig.arm.base.q, camera->pupil));
+    return true;
 }
 
 bool job_camera_rotation(const struct job *job, int64_t t_ns_q12,

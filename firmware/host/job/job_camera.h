@@ -14,6 +14,9 @@ struct cJSON;
  * path that carries a camera.  False when neither says where the camera is. */
 bool job_camera_rig(const struct job *job, struct plan_rig *rig);
 
+/* What the move's camera, or the tool of its path, looks at; NULL: neither. */
+const struct plan_camera *job_camera_look(const struct job *job);
+
 /* Where the subject of the camera is: false where it has none, or one that only
  * the path has. */
 bool job_camera_subject(const struct job *job, int64_t t_ns_q12,

@@ -50,6 +50,15 @@ int move_load_as(const struct files *files, const char *path, bool is_guest,
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value);
 
+/* --- move_load_camera.c --------------------------------------------------- */
+
+/* What a camera looks at, of a map; and its keyed roll. */
+int move_read_looks(struct move_reader *reader, const struct yaml_value *value,
+                    struct plan_camera *camera);
+int move_read_roll_of(struct move_reader *reader,
+                      const struct yaml_value *value,
+                      struct plan_camera *camera);
+
 /* --- move_load_tool.c ----------------------------------------------------- */
 
 /* The joints of the rig's arm are driven by the path. */

@@ -290,24 +290,29 @@ static int move_check_looks(const struct yaml_value *value,
     return 0;
 }
 
-static int move_read_look(void *reader, const struct yaml_value *value,
-                          void *out)
+int move_read_looks(struct move_reader *reader, const struct yaml_value *value,
+                    struct plan_camera *camera)
 {
-    struct plan_camera *camera = out;
     unsigned looks = 0;
 
     camera->look_place = yaml_tree_place(value->tree, value->node);
-    if (yaml_value_need(value, YAML_TREE_MAP) < 0)
-        return -1;
     for (unsigned i = 0; i < MOVE_LOOKS; i++)
         looks += yaml_fields_find(value, move_look_fields[i].name) != 0;
     if (looks > 1)
         return yaml_value_refuse(value, "names %u things to look at", looks);
-    if (move_check_looks(value, camera) < 0 ||
-        yaml_fields_read(value, &move_look_shape, reader, camera) < 0)
+    if (yaml_fields_read(value, &move_look_shape, reader, camera) < 0)
         return -1;
     return looks == 1 ? 0
                       : yaml_value_refuse(value, "names nothing to look at");
+}
+
+static int move_read_look(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    if (yaml_value_need(value, YAML_TREE_MAP) < 0 ||
+        move_check_looks(value, out) < 0)
+        return -1;
+    return move_read_looks(reader, value, out);
 }
 
 /* ---- the camera ---- */
@@ -317,12 +322,19 @@ static int move_read_roll_keys(void *reader, const struct yaml_value *value,
 {
     struct plan_camera *camera = out;
 
-    if (camera->look == PLAN_LOOK_KEYS)
-        return yaml_value_refuse(value,
-                                 "is not used with keys of look, which roll");
     if (camera->following.rig != NULL && !camera->has_roll)
         return yaml_value_refuse(value, "has no axis: the head in the rig's "
                                         "kinematics does not roll");
+    return move_read_roll_of(reader, value, camera);
+}
+
+int move_read_roll_of(struct move_reader *reader,
+                      const struct yaml_value *value,
+                      struct plan_camera *camera)
+{
+    if (camera->look == PLAN_LOOK_KEYS)
+        return yaml_value_refuse(value,
+                                 "is not used with keys of look, which roll");
     camera->roll = calloc(1, sizeof *camera->roll);
     if (camera->roll == NULL)
         return yaml_value_refuse(value, "is too much for the memory");

@@ -192,12 +192,13 @@ static int move_check_orient(const struct yaml_value *value, bool is_along,
 }
 
 static int move_read_orient(struct move_reader *reader,
-                            const struct yaml_value *value)
+                            const struct yaml_value *value,
+                            struct plan_camera *camera)
 {
-    struct plan_orient *orient = &reader->move->camera->orient;
+    struct plan_orient *orient = &camera->orient;
     struct orient_reading reading = {
         .key.place = yaml_tree_place(value->tree, value->node),
-        .up = reader->move->camera->up,
+        .up = camera->up,
     };
     bool is_along;
 
@@ -232,7 +233,7 @@ int move_read_orients(void *reader, const struct yaml_value *value, void *out)
     item.expected = "a map such as {t: 2 s, angles: [30 deg, -5 deg, 0 deg]}";
     item.node = yaml_value_node(value)->first;
     while (orient->count < count) {
-        if (move_read_orient(reader, &item) < 0)
+        if (move_read_orient(reader, &item, camera) < 0)
             return -1;
         item.node = yaml_value_node(&item)->next;
     }

@@ -87,13 +87,12 @@ static int64_t space_time(const struct space *self, int i, int of)
 
 static void space_subject(struct space *self, int i, int64_t t)
 {
-    const struct plan_camera *camera = self->job->move.camera;
     struct plan_jet_vec at;
 
     if (!job_camera_subject(self->job, t, &at))
         return;
     self->has_subject = true;
-    self->is_subject_moving = camera != NULL && camera->look != PLAN_LOOK_AT;
+    self->is_subject_moving = job_camera_look(self->job)->look != PLAN_LOOK_AT;
     self->subject[i] = space_point_of(at);
 }
 

@@ -23,6 +23,11 @@ uint32_t plan_along_row(const struct plan_along *self, int64_t t_ns_q12)
     return (uint32_t)row;
 }
 
+void plan_along_cause(struct plan_along *self, const struct motion_track *track)
+{
+    self->cause[self->causes++] = track;
+}
+
 static int along_refuse(const struct plan_along *self, int err, int64_t t)
 {
     const char *what = self->refusal(err);
@@ -90,14 +95,16 @@ int plan_along_tracks(struct plan_along *self, struct plan_drive *drive,
                       struct motion_track *const list[], uint32_t axes,
                       int64_t *bound_q32)
 {
-    const struct motion_track *cause[PLAN_SPACE_AXES];
     int err = plan_path_places(self->path, drive, self->place, self->error);
 
     self->bake.axes = axes;
     for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        cause[i] = &self->place[i];
+        plan_along_cause(self, &self->place[i]);
+    if (err == MOTION_OK && self->open != NULL)
+        err = self->open(self->context, drive);
     if (err == MOTION_OK &&
-        plan_bake_borders(&self->bake, cause, PLAN_SPACE_AXES) < 0)
+        plan_bake_borders(&self->bake, self->cause, self->causes,
+                          self->time_ns_q12, self->times) < 0)
         err = along_refuse(self, MOTION_E_FULL, 0);
     if (err == MOTION_OK)
         err = along_walk(self);

@@ -11,13 +11,18 @@
 #include "motion/plan/camera/plan_bake.h"
 #include "motion/plan/path/plan_path.h"
 
+#define PLAN_ALONG_CAUSES (2 * PLAN_SPACE_AXES + 1 + MOTION_ARM_JOINTS_MAX)
+
 struct plan_along {
     const struct plan_path *path;
     struct plan_error *error;
-    /* The mechanism's, called with `context`.  begin: once `rows` and `place`
+    /* The mechanism's, called with `context`.  open, if not NULL: once the path
+     * is planned, to say what else the axes follow; on an error with its
+     * sentence.  begin: once `rows` and `place`
      * are there, before row 0 .. rows in order.  refusal: its own words for an
      * error, else NULL. */
     void *context;
+    int (*open)(void *context, const struct plan_drive *drive);
     int (*begin)(void *context);
     int (*row)(void *context, uint32_t row, int64_t t_ns_q12);
     int (*at)(void *context, int64_t t_ns_q12, enum motion_bake_side side,
@@ -26,9 +31,17 @@ struct plan_along {
 
     struct motion_track place[PLAN_SPACE_AXES];
     struct plan_bake bake;
+    const struct motion_track *cause[PLAN_ALONG_CAUSES]; /* with the path's */
+    uint32_t causes;
+    const int64_t *time_ns_q12; /* other times when a derivative may step */
+    uint32_t times;
     uint32_t rows;
     int64_t last_ns_q12; /* that was looked at */
 };
+
+/* The axes follow this track too. */
+void plan_along_cause(struct plan_along *self,
+                      const struct motion_track *track);
 
 /* The row at or before a time. */
 uint32_t plan_along_row(const struct plan_along *self, int64_t t_ns_q12);

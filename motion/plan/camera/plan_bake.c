@@ -24,9 +24,10 @@ static int bake_compare(const void *a, const void *b)
 }
 
 int plan_bake_borders(struct plan_bake *bake,
-                      const struct motion_track *const cause[], uint32_t causes)
+                      const struct motion_track *const cause[], uint32_t causes,
+                      const int64_t time_ns_q12[], uint32_t times)
 {
-    size_t capacity = 1;
+    size_t capacity = (size_t)times + 1;
     uint32_t count = 0, kept = 1;
     int64_t *border;
 
@@ -41,6 +42,8 @@ int plan_bake_borders(struct plan_bake *bake,
             border[count++] = cause[i]->segment[k].start_ns_q12;
         border[count++] = cause[i]->end_ns_q12;
     }
+    for (uint32_t i = 0; i < times; i++)
+        border[count++] = time_ns_q12[i];
     qsort(border, count, sizeof *border, bake_compare);
     for (uint32_t i = 1; i < count; i++)
         if (border[i] - border[kept - 1] > BAKE_NEAR)

@@ -14,11 +14,11 @@ struct plan_bake {
     uint32_t borders;
 };
 
-/* Where any of these tracks begins a segment or ends, none twice, from 0 on:
- * MOTION_OK or MOTION_E_FULL. */
+/* Where any of these tracks begins a segment or ends, and at `times` others, none
+ * twice, from 0 on: MOTION_OK or MOTION_E_FULL. */
 int plan_bake_borders(struct plan_bake *bake,
-                      const struct motion_track *const cause[],
-                      uint32_t causes);
+                      const struct motion_track *const cause[], uint32_t causes,
+                      const int64_t time_ns_q12[], uint32_t times);
 void plan_bake_free(struct plan_bake *bake);
 
 /* Bake from 0 to the last border into tracks that are empty.  Errors of the

@@ -411,7 +411,7 @@ int plan_follow_tracks(const struct plan_camera *camera,
 
     if (err == MOTION_OK) {
         follow_causes(&self);
-        err = plan_bake_borders(&self.bake, self.cause, self.causes);
+        err = plan_bake_borders(&self.bake, self.cause, self.causes, NULL, 0);
         err = err < 0 ? follow_no_memory(&self) : err;
     }
     if (err == MOTION_OK && follow_end(&self) > 0)
@@ -444,7 +444,8 @@ bool plan_follow_subject(const struct plan_camera *camera,
                            .track = track,
                            .error = &error };
 
-    if (self.rig == NULL || camera->look == PLAN_LOOK_KEYS)
+    if (camera->look != PLAN_LOOK_AT && camera->look != PLAN_LOOK_SUBJECT &&
+        (self.rig == NULL || camera->look != PLAN_LOOK_TABLE))
         return false;
     const int err = follow_open(&self);
     if (err == MOTION_OK)

@@ -26,7 +26,7 @@ int plan_follow_tracks(const struct plan_camera *camera,
                        int64_t *lens_bound_q32, struct plan_error *error);
 
 /* Where the subject is at a time, for pictures and reports: false when the
- * camera has none that a rig follows, or without memory. */
+ * camera has none that is a point, or without memory. */
 bool plan_follow_subject(const struct plan_camera *camera,
                          const struct motion_track track[], int64_t t_ns_q12,
                          struct plan_jet_vec *subject);

@@ -68,7 +68,8 @@ static int orient_place(const struct plan_camera *camera,
         to->t = from->t_ns_q12;
         return orient_check_time(camera, i, error);
     }
-    if (motion_real_round(
+    /* rounded down as the length is, so that 100 % is on the path */
+    if (motion_real_floor(
             plan_speed_law_distance(&from->at, space->table.length), 32,
             &to->t) < 0 ||
         to->t > space->length_q32)

@@ -1,17 +1,8 @@
 /* motion/plan/camera/plan_view.c - see plan_view.h.
  *
- * Derivatives are taken from 7 places along the path (Fornberg, Mathematics of
- * Computation 51, 1988):
- *
- *     central   60 h f'  = -f-3 + 9 f-2 - 45 f-1 + 45 f1 - 9 f2 + f3
- *               180 h2 f'' = 2 f-3 - 27 f-2 + 270 f-1 - 490 f0 + ..
- *     forward   60 h f'  = -147 f0 + 360 f1 - 450 f2 + 400 f3 - 225 f4 + 72 f5
- *                          - 10 f6
- *               180 h2 f'' = 812 f0 - 3132 f1 + 5265 f2 - 5080 f3 + 2970 f4
- *                          - 972 f5 + 137 f6
- *
- * They stay between two breaks (plan_view_border.c), so that the two sides of
- * one are told apart.
+ * Derivatives are taken from seven places along the path (plan_stencil.h), which
+ * stay between two breaks (plan_view_border.c), so that the two sides of one are
+ * told apart.
  *
  * The head's way over the vertical and past half turns depends on how it came
  * there: it is walked once, in even steps along the path, longer ones where it
@@ -23,6 +14,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/number/trig.h"
+#include "motion/plan/camera/plan_stencil.h"
 #include "motion/plan/plan_error.h"
 
 /* Steps of the walk along the path, at least, and per piece of its curve: a
@@ -32,7 +24,6 @@
 #define VIEW_ROWS       2048
 #define VIEW_PIECE_ROWS 8
 #define VIEW_ROW_STEPS  32
-#define VIEW_NODES      7
 /* So many rows are one step at most where the head turns little, in 2^-64 of a
  * turn, from one to the other. */
 #define VIEW_SKIPPED 32
@@ -40,15 +31,6 @@
 /* And so many at least from one break to the next, where a target goes over to
  * another, say. */
 #define VIEW_STRETCH_STEPS 64
-
-static const int64_t view_first[2][VIEW_NODES] = {
-    { -147, 360, -450, 400, -225, 72, -10 },
-    { -1, 9, -45, 0, 45, -9, 1 },
-};
-static const int64_t view_second[2][VIEW_NODES] = {
-    { 812, -3132, 5265, -5080, 2970, -972, 137 },
-    { 2, -27, 270, -490, 270, -27, 2 },
-};
 
 /* "the camera <what>" */
 static int plan_view_fail(const struct plan_view *self, int code,
@@ -356,32 +338,37 @@ void plan_view_free(struct plan_view *self)
 
 /* --- angles and their derivatives ----------------------------------------- */
 
-/* The head at a distance, by the path it came there. */
-static int view_head(const struct plan_view *self, int64_t distance_q32,
-                     struct motion_head *head)
+/* The rotation at a distance from the mount, by the path it came there, and the
+ * row before it. */
+static int view_quat(const struct plan_view *self, int64_t distance_q32,
+                     struct motion_quat *q, const struct plan_view_row **row)
 {
     struct motion_lookat_state state;
-    struct motion_quat q = MOTION_QUAT_ONE;
     int64_t i = 0;
-    int err;
 
     (void)motion_fixed_muldiv(distance_q32, self->rows, self->path.length_q32,
                               &i);
     if (i > 0 && view_row_at(self, (uint32_t)i) > distance_q32)
         i--; /* the quotient was rounded up */
+    *row = &self->row[i];
     state = self->row[i].state;
-    *head = self->row[i].head;
-    err = view_turn(self, &state, distance_q32, &q);
+    return view_turn(self, &state, distance_q32, q);
+}
+
+/* The head there. */
+static int view_head(const struct plan_view *self, int64_t distance_q32,
+                     struct motion_head *head)
+{
+    const struct plan_view_row *row = self->row;
+    struct motion_quat q = MOTION_QUAT_ONE;
+    int err = view_quat(self, distance_q32, &q, &row);
+
+    *head = row->head;
     return err < 0 ? err : motion_head_follow(head, q);
 }
 
-/* Where the places of a derivative are, and how far apart. */
-struct view_stencil {
-    int central;
-    int64_t from_q32, step_q32;
-};
-
-static struct view_stencil view_stencil_at(const struct plan_view *self,
+/* *distance_q32 moved between the breaks of a stretch. */
+static struct plan_stencil view_stencil_at(const struct plan_view *self,
                                            uint32_t stretch,
                                            int64_t *distance_q32)
 {
@@ -396,11 +383,7 @@ static struct view_stencil view_stencil_at(const struct plan_view *self,
                                               : *distance_q32;
 
     *distance_q32 = at;
-    if (at - low < 3 * step)
-        return (struct view_stencil){ 0, at, step };
-    if (high - at < 3 * step)
-        return (struct view_stencil){ 0, at, -step };
-    return (struct view_stencil){ 1, at - 3 * step, step };
+    return plan_stencil_at(low, high, step, at);
 }
 
 static struct motion_real view_deg(struct motion_real turns)
@@ -414,7 +397,7 @@ static struct motion_real view_sum(const int64_t weight[], const int64_t turn[],
 {
     struct motion_real sum = motion_real_zero();
 
-    for (int i = 0; i < VIEW_NODES; i++)
+    for (int i = 0; i < PLAN_STENCIL_NODES; i++)
         sum = motion_real_add(sum,
                               motion_real_mul(motion_real_from_q(turn[i], 64),
                                               motion_real_int(weight[i])));
@@ -423,18 +406,18 @@ static struct motion_real view_sum(const int64_t weight[], const int64_t turn[],
 
 /* P', P'' of each axis at a distance.  Backward is forward in a mirror. */
 static int view_differences(const struct plan_view *self,
-                            const struct view_stencil *stencil,
+                            const struct plan_stencil *stencil,
                             int64_t distance_q32,
                             const struct motion_head *head,
                             struct motion_bake_point jet[])
 {
-    const struct motion_real h = motion_real_from_q(stencil->step_q32, 32);
+    const struct motion_real h = motion_real_from_q(stencil->step, 32);
     const int row = stencil->central;
-    int64_t turn[MOTION_HEAD_AXES][VIEW_NODES];
+    int64_t turn[MOTION_HEAD_AXES][PLAN_STENCIL_NODES];
     int err = MOTION_OK;
 
-    for (int i = 0; i < VIEW_NODES && err == MOTION_OK; i++) {
-        const int64_t at = stencil->from_q32 + i * stencil->step_q32;
+    for (int i = 0; i < PLAN_STENCIL_NODES && err == MOTION_OK; i++) {
+        const int64_t at = stencil->from + i * stencil->step;
         struct motion_head node = *head;
         if (at != distance_q32)
             err = view_head(self, at, &node);
@@ -442,10 +425,11 @@ static int view_differences(const struct plan_view *self,
             turn[axis][i] = motion_trig_diff(node.turn[axis], head->turn[axis]);
     }
     for (int axis = 0; axis < MOTION_HEAD_AXES && err == MOTION_OK; axis++) {
-        jet[axis].vel =
-            motion_real_div(view_sum(view_first[row], turn[axis], 60), h);
-        jet[axis].acc = motion_real_div(
-            view_sum(view_second[row], turn[axis], 180), motion_real_sqr(h));
+        jet[axis].vel = motion_real_div(
+            view_sum(plan_stencil_first[row], turn[axis], 60), h);
+        jet[axis].acc =
+            motion_real_div(view_sum(plan_stencil_second[row], turn[axis], 180),
+                            motion_real_sqr(h));
     }
     return err;
 }
@@ -454,7 +438,7 @@ int plan_view_jet(const struct plan_view *self, uint32_t stretch,
                   int64_t *distance_q32,
                   struct motion_bake_point jet[MOTION_HEAD_AXES])
 {
-    const struct view_stencil stencil =
+    const struct plan_stencil stencil =
         view_stencil_at(self, stretch, distance_q32);
     struct motion_head head;
     int err = view_head(self, *distance_q32, &head);
@@ -470,5 +454,26 @@ int plan_view_jet(const struct plan_view *self, uint32_t stretch,
         jet[axis].pos =
             view_deg(motion_real_add(motion_real_int(head.whole[axis]),
                                      motion_real_from_q(head.turn[axis], 64)));
+    return err;
+}
+
+int plan_view_frame(const struct plan_view *self, uint32_t stretch,
+                    int64_t *distance_q32, struct plan_rig_frame *frame)
+{
+    const struct plan_stencil stencil =
+        view_stencil_at(self, stretch, distance_q32);
+    const struct motion_quat mount = motion_quat_inverse(self->from_mount);
+    struct motion_quat turn[PLAN_STENCIL_NODES];
+    const struct plan_view_row *row = self->row;
+    int err = MOTION_OK;
+
+    for (int i = 0; i < PLAN_STENCIL_NODES && err == MOTION_OK; i++) {
+        turn[i] = MOTION_QUAT_ONE;
+        err = view_quat(self, stencil.from + i * stencil.step, &turn[i], &row);
+        turn[i] = motion_quat_mul(mount, turn[i]);
+    }
+    if (err == MOTION_OK)
+        plan_stencil_frame(&stencil, turn, ldexp((double)stencil.step, -32),
+                           frame);
     return err;
 }

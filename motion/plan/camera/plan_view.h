@@ -52,6 +52,10 @@ int plan_view_jet(const struct plan_view *self, uint32_t stretch,
                   int64_t *distance_q32,
                   struct motion_bake_point jet[MOTION_HEAD_AXES]);
 
+/* The same of the camera's frame in space instead of its angles: no pole. */
+int plan_view_frame(const struct plan_view *self, uint32_t stretch,
+                    int64_t *distance_q32, struct plan_rig_frame *frame);
+
 /* First and second derivatives alone, from those of the path, where it has them
  * and they do not step: false elsewhere.  `is_over`: the head has tilted over
  * the top.  plan_view_rates.c */

@@ -5,6 +5,7 @@
 
 #include "motion/core/err.h"
 #include "motion/path/path.h"
+#include "motion/plan/camera/plan_camera.h"
 #include "motion/plan/path/plan_fastest.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_track.h"
@@ -187,6 +188,7 @@ void plan_path_free(struct plan_path *path)
         return;
     free(path->points.point);
     free(path->carrier);
+    plan_camera_free(path->tool.look);
     plan_speed_law_free(path->part, path->parts);
     plan_fastest_free(path->fastest);
     free(path);

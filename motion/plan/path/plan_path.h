@@ -23,10 +23,12 @@ struct plan_fastest {
     int64_t end_q32[2]; /* unit/s along the path at its start and its end */
 };
 
+struct plan_camera;
+
 /* How the tool of an arm is turned on the path (camera/plan_tool.h). */
 struct plan_tool {
-    bool looks; /* at a point, level; else as follows */
-    int64_t at_q32[PLAN_SPACE_AXES];
+    struct plan_camera *look; /* what a camera there looks at, and its roll;
+                                      NULL: as follows */
     struct motion_dir forward, up;           /* at right angles */
     int64_t near_q32[MOTION_ARM_JOINTS_MAX]; /* axes near which it starts */
 };
