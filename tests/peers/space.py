@@ -6,15 +6,19 @@
 Takes the positions of a move from slew at every tick of its rig, places the
 camera by forward kinematics of its own (matrices in double, from the text of the
 rig file), and measures the angle between the view and the subject; with a lens,
-focus against the distance and the size of the subject in the picture.  Status 0
-when every angle is below 0.05 degrees.
+focus against the distance and the size of the subject in the picture.  A tool that turns
+through keys is compared with these: with `slerp` at every tick, else when it comes
+to a key.  Status 0 when every angle is below 0.05 degrees.
 """
 import csv
 import glob
 import io
 import math
+import os
+import shutil
 import subprocess
 import sys
+import tempfile
 
 import yaml
 
@@ -129,26 +133,44 @@ def carried(kin, row):
     return [0, 0, 0], one
 
 
+def columns(a, b, c):
+    return [[a[i], b[i], c[i]] for i in range(3)]
+
+
+def framed(forward, up):
+    """Right, up and backwards as columns."""
+    forward = unit(forward)
+    right = unit(cross(forward, up))
+    return columns(right, cross(right, forward), scale(forward, -1))
+
+
 def on_arm(arm, row):
-    """Pupil and view of the tool, by the Denavit-Hartenberg table."""
-    at, frame = [0, 0, 0], about(Z, 0)
+    """Pupil and camera of the tool, by the Denavit-Hartenberg table."""
+    base = arm.get("base", {})
+    at, z = point(base.get("position", ["0 mm"] * 3)), unit(base.get("z", Z))
+    x = base.get("x", [1, 0, 0])
+    x = unit(add(x, scale(z, -dot(x, z))))
+    frame = columns(x, cross(z, x), z)
     for joint in arm["joints"]:
-        theta = number(joint.get("theta", "0 deg"), DEG) + coordinate(
-            joint, row, DEG)
+        theta, d = (number(joint.get("theta", "0 deg"), DEG),
+                    number(joint.get("d", "0 mm"), MM))
+        if joint["axis"] in arm["slides"]:
+            d += coordinate(joint, row, MM)
+        else:
+            theta += coordinate(joint, row, DEG)
         turn = product(frame, about(Z, theta))
-        at = add(at, scale(turned(frame, Z),
-                           number(joint.get("d", "0 mm"), MM)))
+        at = add(at, scale(turned(frame, Z), d))
         at = add(at, scale(turned(turn, [1, 0, 0]),
                            number(joint.get("a", "0 mm"), MM)))
         frame = product(turn, about([1, 0, 0],
                                     number(joint.get("alpha", "0 deg"), DEG)))
     tool = arm["tool"]
     return (add(at, turned(frame, point(tool["position"]))),
-            turned(frame, unit(tool["view"])))
+            product(frame, framed(tool["view"], tool["up"])))
 
 
 def camera(kin, row):
-    """Pupil and view."""
+    """Pupil, and right, up and backwards as columns."""
     if "arm" in kin:
         return on_arm(kin["arm"], row)
     head = kin["head"]
@@ -165,7 +187,7 @@ def camera(kin, row):
                                    coordinate(head["roll"], row, DEG)))
     nodal = point(head.get("nodal", ["0 mm"] * 3))
     pupil = add(pivot, turned(turn, [nodal[0], -nodal[1], nodal[2]]))
-    return pupil, turned(turn, [1, 0, 0])
+    return pupil, framed(turned(turn, [1, 0, 0]), turned(turn, [0, 0, 1]))
 
 
 def quintic(keys, t):
@@ -212,11 +234,58 @@ def subject(kin, look, row, t):
     return quintic(look["subject"]["keys"], t)
 
 
-def backwards(q):
-    """Where a camera with rotation w, x, y, z looks: against its z axis."""
-    w, x, y, z = q
-    return [-2 * (x * z + w * y), -2 * (y * z - w * x),
-            -(1 - 2 * (x * x + y * y))]
+def matrix(q):
+    """The rotation w, x, y, z, of any length."""
+    w, x, y, z = scale(q, 1 / math.sqrt(sum(v * v for v in q)))
+    return [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+
+
+def turn_of(a, b):
+    """Axis and degrees of the rotation from a to b, seen from a."""
+    m = [[sum(a[k][i] * b[k][j] for k in range(3)) for j in range(3)]
+         for i in range(3)]
+    axis = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]]
+    sine = math.sqrt(dot(axis, axis))
+    deg = math.degrees(math.atan2(sine, m[0][0] + m[1][1] + m[2][2] - 1))
+    return (scale(axis, 1 / sine) if sine > 0 else Z), deg
+
+
+def orientation(key):
+    if "quaternion" in key:
+        return matrix(key["quaternion"])
+    return framed(key["forward"], key.get("up", Z))
+
+
+def keyed(look, t, tick):
+    """The orientation that keys give, or None between those of a spline."""
+    keys = [(number(key["t"], {"s": 1.0}), orientation(key))
+            for key in look["keys"]]
+    if t <= keys[0][0] or t >= keys[-1][0]:
+        return keys[0 if t <= keys[0][0] else -1][1]
+    for (t0, a), (t1, b) in zip(keys, keys[1:]):
+        if abs(t - t1) < tick / 1000:
+            return b
+        if look.get("curve") == "slerp" and t0 <= t < t1:
+            x = (t - t0) / (t1 - t0)
+            axis, deg = turn_of(a, b)
+            return product(a, about(axis, deg * x**3 * (10 - 15 * x + 6 * x * x)))
+    return None
+
+
+def missed(kin, look, row, t, tick):
+    """Degrees between where the camera looks and where it should; the distance of
+    its subject."""
+    pupil, frame = camera(kin, row)
+    if "keys" in look:
+        want = keyed(look, t, tick)
+        return turn_of(frame, want)[1] if want else None, 0.0
+    to = add(subject(kin, look, row, t), scale(pupil, -1))
+    view = [-r[2] for r in frame]
+    across = cross(view, to)
+    return (math.degrees(math.atan2(math.sqrt(dot(across, across)),
+                                    dot(view, to))), math.sqrt(dot(to, to)))
 
 
 def rows(slew, folder, rate):
@@ -233,43 +302,60 @@ def rows(slew, folder, rate):
                                     for name, i in place.items()}
 
 
-def judge(slew, folder):
+def judge(slew, folder, name=None):
     with open(f"{folder}/rig.yaml", encoding="utf-8") as file:
         rig = yaml.safe_load(file)
     with open(f"{folder}/move.yaml", encoding="utf-8") as file:
         move = yaml.safe_load(file)
     kin, shot = rig["kinematics"], move.get("camera", {})
-    look = shot["look"] if shot else {"at": move["path"]["tool"]["look"]}
-    rate = 1 / number(rig.get("tick", "1 ms"), {"ms": 1e-3, "us": 1e-6})
+    look = shot["look"] if shot else move["path"]["tool"]["look"]
+    if isinstance(look, list):
+        look = {"at": look}
+    if "arm" in kin:
+        kin["arm"]["slides"] = {name for name, axis in rig["axes"].items()
+                                if axis["unit"] == "mm"}
+    tick = number(rig.get("tick", "1 ms"), {"ms": 1e-3, "us": 1e-6})
     worst = off_focus = off_view = 0.0
-    sizes, ticks = [], 0
-    for t, row in rows(slew, folder, round(rate)):
-        pupil, view = camera(kin, row)
-        to = add(subject(kin, look, row, t), scale(pupil, -1))
-        distance = math.sqrt(dot(to, to))
-        across = cross(view, to)
-        angle = math.atan2(math.sqrt(dot(across, across)), dot(view, to))
-        worst = max(worst, math.degrees(angle))
+    sizes, ticks, judged = [], 0, 0
+    for t, row in rows(slew, folder, round(1 / tick)):
+        off, distance = missed(kin, look, row, t, tick)
         ticks += 1
-        q = [row["camera_" + part] for part in "wxyz"]
-        off_view = max(off_view, max(
-            abs(a - b) for a, b in zip(view, backwards(q))))
+        if off is not None:
+            worst, judged = max(worst, off), judged + 1
+        frame = camera(kin, row)[1]
+        q = matrix([row["camera_" + part] for part in "wxyz"])
+        off_view = max(off_view, max(abs(a - b) for r, s in zip(frame, q)
+                                     for a, b in zip(r, s)))
         if shot.get("focus", False):
             off_focus = max(off_focus,
                             abs(row[kin["lens"]["focus"]] - distance))
         if "zoom" in shot:
             sizes.append(row[kin["lens"]["zoom"]] / distance)
     spread = max(sizes) / min(sizes) - 1 if sizes else 0.0
-    good = (ticks > 1 and worst < LIMIT_DEG and off_view < 1e-9 and off_focus < LIMIT_FOCUS_MM
+    good = (judged > 1 and worst < LIMIT_DEG and off_view < 1e-9 and off_focus < LIMIT_FOCUS_MM
             and spread < LIMIT_SIZE)
     lens = ""
     if shot.get("focus", False):
         lens += f", focus within {off_focus:.2g} mm"
     if sizes:
         lens += f", size within {100 * spread:.2g} %"
-    print(f"{folder}: {ticks} ticks, subject within {worst:.2g} deg of the "
-          f"middle{lens}: {'PASS' if good else 'FAIL'}")
+    what = ("subject within {} deg of the middle" if "keys" not in look
+            else f"turned within {{}} deg of its keys at {judged} of these")
+    print(f"{name or folder}: {ticks} ticks, {what.format(f'{worst:.2g}')}{lens}: "
+          f"{'PASS' if good else 'FAIL'}")
     return good
+
+
+def at_every_tick(slew, folder):
+    """The keyed tool by slerp, of which this script has a formula."""
+    with tempfile.TemporaryDirectory() as copy:
+        shutil.copy(f"{folder}/rig.yaml", copy)
+        with open(f"{folder}/move.yaml", encoding="utf-8") as file:
+            text = file.read().replace("curve: c2", "curve: slerp")
+        with open(os.path.join(copy, "move.yaml"), "w",
+                  encoding="utf-8") as file:
+            file.write(text)
+        return judge(slew, copy, f"{folder} by slerp")
 
 
 def main():
@@ -281,6 +367,8 @@ def main():
                 if "kinematics:" in file.read():
                     folders.append(path.rsplit("/", 1)[0])
     results = [judge(slew, folder) for folder in folders]
+    if not sys.argv[2:]:
+        results.append(at_every_tick(slew, "examples/armkeys"))
     return 0 if results and all(results) else 1
 
 
