@@ -103,20 +103,6 @@ static void player_count(const struct player *player,
         arrivals_take(observer->arrivals, row);
 }
 
-static void player_record_shots(const struct player *player,
-                                struct telemetry_row *row)
-{
-    const struct machine *machine = player->machine;
-    memset(row->shot, 0, row->shot_count * sizeof *row->shot);
-    for (unsigned i = 0; i < machine->trigger_count; i++)
-        if (machine->trigger[i].shot > 0)
-            row->shot[i] =
-                (struct telemetry_shot){ machine->trigger[i].shot,
-                                         machine->trigger[i].shot_ns -
-                                             player->start_ns,
-                                         machine->trigger[i].aim };
-}
-
 /* Between two times that a move is played, or on the way to another place of
  * it, it is as before the first. */
 static enum telemetry_phase player_row_phase(const struct player *player)
@@ -133,7 +119,7 @@ static void player_record(struct player *player)
     row->t_ns = player->now_ns - player->start_ns;
     row->phase = player_row_phase(player);
     recorder_look(row, player->machine);
-    player_record_shots(player, row);
+    recorder_look_shots(row, player->machine, player->start_ns);
     player_count(player, row);
     recorder_put(&player->recorder, row);
 }

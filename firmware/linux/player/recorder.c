@@ -70,6 +70,18 @@ void recorder_look(struct telemetry_row *row, const struct machine *machine)
     }
 }
 
+void recorder_look_shots(struct telemetry_row *row,
+                         const struct machine *machine, int64_t start_ns)
+{
+    memset(row->shot, 0, row->shot_count * sizeof *row->shot);
+    for (unsigned i = 0; i < machine->trigger_count; i++)
+        if (machine->trigger[i].shot > 0)
+            row->shot[i] =
+                (struct telemetry_shot){ machine->trigger[i].shot,
+                                         machine->trigger[i].shot_ns - start_ns,
+                                         machine->trigger[i].aim };
+}
+
 void recorder_free(struct recorder *recorder)
 {
     memory_pool_free(&recorder->memory);

@@ -29,6 +29,9 @@ void recorder_free(struct recorder *recorder);
 /* What the axes were told and did at the last tick, into a row that has its
  * phase and its place for them; no shots. */
 void recorder_look(struct telemetry_row *row, const struct machine *machine);
+/* The shots of that tick, at times since start_ns. */
+void recorder_look_shots(struct telemetry_row *row,
+                         const struct machine *machine, int64_t start_ns);
 /* The writer's.  The row gets its number, from 0, in which lost ones count.
  * False: full, the row is lost. */
 bool recorder_put(struct recorder *recorder, const struct telemetry_row *row);

@@ -7,8 +7,9 @@
 
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/units.h"
+#include "firmware/host/job/job_shots.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/player/progress.h"
-#include "firmware/linux/player/shots.h"
 #include "motion/core/err.h"
 
 #define RUN_KEYS_STEP  10 /* % */
@@ -84,30 +85,24 @@ static void run_keys_override(struct run_keys *keys, int percent)
         return;
     }
     /* Camera triggers need their time between two shots. */
-    if (rate_q30 > keys->override_q30 && !shots_check(keys->job, rate_q30))
+    struct messages messages = { .text = NULL };
+    if (rate_q30 > keys->override_q30 &&
+        !job_shots_check(keys->job, rate_q30, &messages)) {
+        error_tell(&messages);
         return;
+    }
     if (run_keys_put(keys, MAILBOX_OVERRIDE, rate_q30))
         keys->wanted_q30 = rate_q30;
 }
 
 /* --- along the path -------------------------------------------------------- */
 
-/* Triggers fire in the order of the path, once. */
-static bool run_keys_has_events(const struct run_keys *keys)
-{
-    const struct job *job = keys->job;
-    for (unsigned i = 0; job->shots != NULL && i < job->rig.line_count; i++)
-        if (job->shots[i].count > 0)
-            return true;
-    return false;
-}
-
 /* Now, or once it stands. */
 static void run_keys_then(struct run_keys *keys, enum run_keys_next next)
 {
     if (keys->phase != TELEMETRY_MOVE) {
         run_keys_say("there is no move yet to go along");
-    } else if (run_keys_has_events(keys)) {
+    } else if (job_has_shots(keys->job)) {
         run_keys_say("this move has events, it is played from its start to its "
                      "end");
     } else {

@@ -1,5 +1,5 @@
-/* firmware/linux/player/shots.h - the events of a move: whether its lines can
- * keep up, and when each shot was really fired. */
+/* firmware/linux/player/shots.h - the events of a move: what is planned, and when
+ * each shot was really fired. */
 #ifndef FIRMWARE_LINUX_PLAYER_SHOTS_H
 #define FIRMWARE_LINUX_PLAYER_SHOTS_H
 
@@ -12,9 +12,6 @@
 
 struct cJSON;
 
-/* Can every line finish a pulse, and rest, before the next one, with the move
- * played at `rate_q30`?  When not, a sentence per line on stderr. */
-bool shots_check(const struct job *job, int64_t rate_q30);
 /* "camera: 24 shots, 500 ms apart or more"; nothing for a move without. */
 void shots_plan_print(const struct job *job, FILE *file);
 /* The member "triggers" of a JSON object: the planned times. */

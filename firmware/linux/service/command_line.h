@@ -63,6 +63,10 @@ command_line_asker(const struct service_control *control);
 
 void command_load(const struct command_line *line);
 void command_check(const struct command_line *line);
+/* False and an answer: the loaded move has events, and is played once and forward
+ * alone; or its lines do not keep up at a rate. */
+bool command_may_repeat(const struct command_line *line);
+bool command_keeps_shots(const struct command_line *line, int64_t rate_q30);
 void command_start(const struct command_line *line);
 void command_go(const struct command_line *line);
 void command_loop(const struct command_line *line);

@@ -183,7 +183,8 @@ static void command_reverse(const struct command_line *line)
     const cJSON *back = command_line_member(line, "back");
     const struct mailbox_entry entry = { .command = MAILBOX_REVERSE,
                                          .value = !cJSON_IsFalse(back) };
-    command_line_send(line, &entry);
+    if (entry.value == 0 || command_may_repeat(line))
+        command_line_send(line, &entry);
 }
 
 static void command_override(const struct command_line *line)
@@ -195,7 +196,8 @@ static void command_override(const struct command_line *line)
         .command = MAILBOX_OVERRIDE,
         .value = llrint(percent / 100 * (double)MOTION_CLOCK_WARP_ONE_Q30),
     };
-    command_line_send(line, &entry);
+    if (command_keeps_shots(line, entry.value))
+        command_line_send(line, &entry);
 }
 
 static void command_capture(const struct command_line *line)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "firmware/host/base/number.h"
+#include "firmware/host/job/job_shots.h"
 #include "firmware/linux/service/command_line.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -123,6 +124,32 @@ static bool command_has_move(const struct command_line *line)
     return false;
 }
 
+/* Events have the times of one play of the move from its start. */
+bool command_may_repeat(const struct command_line *line)
+{
+    const struct service_move *move = line->control->move;
+    if (move == NULL || move->motion.shots == NULL)
+        return true;
+    command_line_refuse(line, "ARG",
+                        "the move has events, it is played once, from its "
+                        "start to its end");
+    return false;
+}
+
+bool command_keeps_shots(const struct command_line *line, int64_t rate_q30)
+{
+    const struct service_move *move = line->control->move;
+    struct messages messages = { .text = NULL };
+    enum message_kind kind;
+    size_t at = 0;
+    if (move == NULL || move->motion.shots == NULL || rate_q30 <= 0 ||
+        job_shots_check(&move->job, rate_q30, &messages))
+        return true;
+    command_line_refuse(line, "LIMIT", messages_next(&messages, &at, &kind));
+    messages_free(&messages);
+    return false;
+}
+
 /* As often as the command says, or else the move. */
 void command_start(const struct command_line *line)
 {
@@ -142,7 +169,10 @@ void command_start(const struct command_line *line)
         by_move ? move->is_ping_pong : cJSON_IsTrue(ping_pong);
     request.times = llrint(times);
     request.motion = &line->control->move->motion;
-    command_line_request(line, &request);
+    if (((request.times == 1 && !request.is_ping_pong) ||
+         command_may_repeat(line)) &&
+        command_keeps_shots(line, line->control->state->override_q30))
+        command_line_request(line, &request);
 }
 
 /* Also while it is played: from the next end on. */
@@ -157,7 +187,9 @@ void command_loop(const struct command_line *line)
     if (!command_line_number(line, "times", 0, 1e9, (double)NAN, &times))
         return;
     entry.value = llrint(times);
-    command_line_send(line, &entry);
+    if ((entry.value == 1 && entry.command == MAILBOX_LOOP) ||
+        command_may_repeat(line))
+        command_line_send(line, &entry);
 }
 
 /* Of the move: seconds, or a text such as "2.5 s", "f48", "00:00:02:12". */
@@ -211,7 +243,7 @@ static bool command_go_key(const struct command_line *line, int64_t *t_ns_q12)
 void command_go(const struct command_line *line)
 {
     struct service_request request = { .kind = SERVICE_GO, .times = 1 };
-    if (!command_has_move(line) ||
+    if (!command_has_move(line) || !command_may_repeat(line) ||
         !(command_line_member(line, "key") != NULL
               ? command_go_key(line, &request.at_ns_q12)
               : command_go_time(line, &request.at_ns_q12)))

@@ -129,6 +129,7 @@ static void loop_publish(struct service_loop *loop)
     state->state = controller->state;
     state->enabling = controller->enabling;
     state->homing = homing_is_running(&machine->homing);
+    state->starting = loop->shoot.is_due;
     state->waits_for = machine->step.waits ? machine->step.frame : 0;
     state->jogging = controller->jog == &machine->jog &&
                      controller->state != CONTROLLER_READY &&
@@ -178,9 +179,14 @@ static int loop_load(struct service_loop *loop,
 static int loop_start(struct service_loop *loop,
                       const struct service_request *request)
 {
+    const struct plan_shots *shots = request->motion->shots;
     const int err = loop_load(loop, request);
-    return err < 0 ? err
-                   : playback_begin(&loop->machine->playback, 0, PLAYBACK_PLAY);
+    if (err < 0)
+        return err;
+    service_shoot_drop(&loop->shoot, loop->machine);
+    return shots != NULL
+               ? service_shoot_arm(&loop->shoot, loop->machine, shots)
+               : playback_begin(&loop->machine->playback, 0, PLAYBACK_PLAY);
 }
 
 /* Is it what is played, and not the way to its first keys? */
@@ -245,6 +251,7 @@ static void loop_enter(struct service_loop *loop, int phase)
 {
     loop->phase = phase == SERVICE_REST ? SERVICE_REST : SERVICE_OFF;
     loop->phase_ns = loop->now_ns;
+    service_shoot_drop(&loop->shoot, loop->machine);
 }
 
 static void loop_rest(struct service_loop *loop, int end)
@@ -293,7 +300,9 @@ static bool loop_obey(struct service_loop *loop)
 static void loop_run(struct service_loop *loop)
 {
     const bool answered = loop_obey(loop);
+    service_shoot_begin(&loop->shoot, loop->machine);
     machine_tick(loop->machine, loop->now_ns);
+    service_shoot_step(&loop->shoot, loop->machine);
     loop_say_events(loop);
     loop_publish(loop);
     if (answered)

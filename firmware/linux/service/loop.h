@@ -17,6 +17,7 @@
 #include "firmware/control/playback.h"
 #include "firmware/linux/service/frames.h"
 #include "firmware/linux/service/recording.h"
+#include "firmware/linux/service/shoot.h"
 
 #define SERVICE_PRIORITY 40
 
@@ -28,6 +29,7 @@ struct service_motion {
     unsigned goal_count[CONTROLLER_AXES_MAX];
     struct frame_step_config steps; /* of a shoot that waits for each frame, */
     int step_line;                  /* for this line of the rig; -1: none */
+    const struct plan_shots *shots; /* by line of the rig; NULL: no events */
 };
 
 enum service_request_kind { SERVICE_START, SERVICE_HOME, SERVICE_GO };
@@ -71,6 +73,7 @@ struct service_loop {
     enum controller_state state;
     enum controller_fault fault;
     bool homing;
+    struct service_shoot shoot;
     int64_t viewed_ns; /* buses and lines, the last time */
     struct machine_view view;
 };

@@ -6,6 +6,7 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/job/budget.h"
+#include "firmware/host/job/job_shots.h"
 #include "firmware/linux/base/disk.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/err.h"
@@ -106,14 +107,6 @@ static void planner_refuse(struct service_move *move, enum status status)
             planner_say(move, text);
 }
 
-static bool planner_has_shots(const struct job *job)
-{
-    for (unsigned i = 0; i < job->rig.line_count; i++)
-        if (job->shots[i].count > 0)
-            return true;
-    return false;
-}
-
 static void planner_judge(struct service_move *move)
 {
     struct job *job = &move->job;
@@ -121,11 +114,9 @@ static void planner_judge(struct service_move *move)
     if (job->violation_count > 0) {
         planner_refuse(move, STATUS_REFUSED);
         planner_say(move, "the move breaks limits of the rig");
-    } else if (planner_has_shots(job)) {
-        planner_refuse(move, STATUS_REFUSED);
-        planner_say(move, "a service plays no moves with events, expected one "
-                          "without, or slew run without a service");
-    } else if (!budget_check(job)) {
+    } else if (!job_shots_check(job, MOTION_CLOCK_WARP_ONE_Q30,
+                                &job->messages) ||
+               !budget_check(job)) {
         planner_refuse(move, STATUS_REFUSED);
     }
 }
@@ -142,6 +133,7 @@ static void planner_motion(struct service_move *move)
     move->motion.steps = job->steps;
     move->motion.step_line =
         job->step_line == NULL ? -1 : (int)(job->step_line - job->rig.line);
+    move->motion.shots = job_has_shots(job) ? job->shots : NULL;
 }
 
 static struct service_move *planner_plan(const struct service_planner *planner)

@@ -81,6 +81,7 @@ void service_recording_tick(struct service_recording *self,
     row->late_ns = late_ns;
     row->phase = recording_phase(machine);
     recorder_look(row, machine);
+    recorder_look_shots(row, machine, self->start_ns);
     (void)recorder_put(&self->recorder, row);
 }
 

@@ -53,6 +53,7 @@ void service_report_state(const struct service_control *control, cJSON *object)
     cJSON_AddBoolToObject(object, "enabling", state->enabling);
     cJSON_AddBoolToObject(object, "homing", state->homing);
     cJSON_AddBoolToObject(object, "jogging", state->jogging);
+    cJSON_AddBoolToObject(object, "starting", state->starting);
     cJSON_AddNumberToObject(object, "frame_waits", state->waits_for);
     cJSON_AddBoolToObject(object, "torque_off", state->off);
     if (state->fault_text[0] != '\0') {

@@ -26,6 +26,7 @@ struct service_state {
     uint32_t commands_done;        /* of the mailbox, ever */
     enum controller_state state;
     bool enabling, homing, jogging, reversed;
+    bool starting; /* a move whose first event comes before its start */
     struct controller_fault_record fault;
     char fault_text[SERVICE_FAULT_MAX]; /* "pan: the drive ...", or "" */
     char homing_text[HOMING_TEXT_MAX];  /* why the last one failed, or "" */

@@ -7,6 +7,7 @@
 #include "firmware/host/base/number.h"
 #include "firmware/host/job/budget.h"
 #include "firmware/host/job/job.h"
+#include "firmware/host/job/job_shots.h"
 #include "firmware/host/job/path_report.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
@@ -82,8 +83,8 @@ static enum status cmd_check_job(struct job *job, const struct options *options)
     const int64_t rate_q30 = options->override_q30;
     job_check(job, rate_q30);
     const bool carried = budget_check(job);
+    const bool shot = job_shots_check(job, rate_q30, &job->messages);
     error_tell(&job->messages);
-    const bool shot = shots_check(job, rate_q30);
     const bool fits = shot && carried;
     if (options->json)
         cmd_check_json(job, fits);

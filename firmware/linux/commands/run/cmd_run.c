@@ -7,6 +7,7 @@
 #include "firmware/host/base/number.h"
 #include "firmware/host/job/budget.h"
 #include "firmware/host/job/job.h"
+#include "firmware/host/job/job_shots.h"
 #include "firmware/host/track/compiled.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
@@ -67,9 +68,9 @@ static enum status cmd_run_check(struct cmd_run *self)
                   number_word(self->job.violation_count, "", "s"));
         return STATUS_REFUSED;
     }
-    if (!shots_check(&self->job, self->when.rate_q30))
-        return STATUS_REFUSED;
-    const bool fits = budget_check(&self->job);
+    const bool fits =
+        job_shots_check(&self->job, self->when.rate_q30, &self->job.messages) &&
+        budget_check(&self->job);
     error_tell(&self->job.messages);
     return fits ? STATUS_OK : STATUS_REFUSED;
 }

@@ -8,6 +8,7 @@
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/timecode.h"
 #include "firmware/host/base/wall_time.h"
+#include "firmware/host/job/job_shots.h"
 #include "firmware/linux/base/error.h"
 #include "motion/core/fixed.h"
 
@@ -67,11 +68,10 @@ static const char *run_when_only_whole(const struct run_when *self)
     if (job->compiled != NULL)
         return "a compiled move is read from its start to its end, expected "
                "the move file itself";
-    for (unsigned i = 0; job->shots != NULL && i < job->rig.line_count; i++)
-        if (job->shots[i].count > 0)
-            return "the move has events, whose times are those of one play "
-                   "from its start, expected a move without them";
-    return NULL;
+    return job_has_shots(job)
+               ? "the move has events, whose times are those of one play from "
+                 "its start, expected a move without them"
+               : NULL;
 }
 
 bool run_when_is_on_clock(const struct options *options)

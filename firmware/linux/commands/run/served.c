@@ -147,6 +147,7 @@ enum status served_look(struct served *self)
     served_copy(self->state, sizeof self->state, answer, "state");
     served_copy(self->fault, sizeof self->fault, answer, "fault");
     self->homing = served_has(self, "homing");
+    self->starting = served_has(self, "starting");
     self->torque_off = served_has(self, "torque_off");
     self->enabling = served_has(self, "enabling");
     return STATUS_OK;
@@ -198,7 +199,7 @@ enum status served_wait(struct served *self, const char *state)
     for (enum status status = served_now(self);; status = served_step(self)) {
         if (status != STATUS_OK)
             return status;
-        if (!self->homing && strcmp(self->state, state) == 0)
+        if (!self->homing && !self->starting && strcmp(self->state, state) == 0)
             return self->stopped ? STATUS_INTERRUPTED : STATUS_OK;
         if (self->stopped && strcmp(self->state, "off") == 0)
             return STATUS_INTERRUPTED;

@@ -1,6 +1,6 @@
 /* tests/firmware/linux/service/test_service_api.c - the session of docs/API.md,
- * as it stands there, and what a service says to those who do not read and to
- * moves that it does not play.  In virtual time. */
+ * as it stands there, and what a service says to those who do not read.  In
+ * virtual time. */
 #include <errno.h>
 #include <time.h>
 
@@ -186,28 +186,6 @@ static void who_never_reads_is_told_what_was_left_out(void **state)
     close(deaf);
 }
 
-static void a_move_with_events_is_refused(void **state)
-{
-    const int file = service_bench_connect(&bench);
-    (void)state;
-    send_line(file, "{\"command\":\"take\"}");
-    cJSON_Delete(next_with(file, "ok"));
-    send_line(file, "{\"command\":\"load\",\"text\":\"axes: {pan: {curve: "
-                    "s-curve, keys: [[0, 0], [4, 20]]}}\\nevents:\\n  - {line: "
-                    "camera, every: 1 s, from: 500 ms}\\n\"}");
-    cJSON *answer = next_with(file, "ok");
-    compare(answer,
-            "{\"ok\":false,\"error\":\"LIMIT\",\"text\":\"a service plays no "
-            "moves with events, expected one without, or slew run without a "
-            "service\"}");
-    cJSON_Delete(answer);
-    send_line(file, "{\"command\":\"start\",\"times\":0}");
-    answer = next_with(file, "ok");
-    compare(answer, "{\"ok\":false,\"error\":\"EMPTY\"}");
-    cJSON_Delete(answer);
-    close(file);
-}
-
 #define API_TEST(claim) cmocka_unit_test_setup_teardown(claim, up, down)
 
 int main(void)
@@ -215,7 +193,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         API_TEST(the_session_of_the_document_is_as_it_stands_there),
         API_TEST(who_never_reads_is_told_what_was_left_out),
-        API_TEST(a_move_with_events_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
