@@ -36,14 +36,15 @@ static struct yaml_value edit_root(const struct edit *self)
 /* --- where keys are ---------------------------------------------------------- */
 
 /* The list of the keys of an axis. */
-static int edit_find_keys(const struct edit *self, const char *axis,
+static int edit_find_list(const struct edit *self, const char *const path[],
+                          unsigned paths, const char *axis,
                           struct yaml_value *keys)
 {
     const struct yaml_value root = edit_root(self);
 
-    *keys = yaml_value_at(&root, yaml_fields_find(&root, "axes"));
-    if (keys->node != 0)
-        keys->node = yaml_fields_find(keys, axis);
+    *keys = root;
+    for (unsigned i = 0; i < paths && (i == 0 || keys->node != 0); i++)
+        *keys = yaml_value_at(&root, yaml_fields_find(keys, path[i]));
     if (keys->node != 0)
         keys->node = yaml_fields_find(keys, "keys");
     if (keys->node == 0 || yaml_value_node(keys)->kind != YAML_TREE_LIST)
@@ -52,18 +53,33 @@ static int edit_find_keys(const struct edit *self, const char *axis,
     return 0;
 }
 
-static int edit_find_key(const struct edit *self, const char *axis,
-                         uint32_t index, struct yaml_value *keys,
-                         struct yaml_value *key)
+static int edit_find_axis_keys(const struct edit *self, const char *axis,
+                               struct yaml_value *keys)
 {
-    if (edit_find_keys(self, axis, keys) < 0)
+    const char *const path[] = { "axes", axis };
+
+    return edit_find_list(self, path, 2, axis, keys);
+}
+
+static int edit_find_keys(const struct edit *self, const struct move_edit *edit,
+                          struct yaml_value *keys)
+{
+    return edit->curve != NULL
+               ? edit_find_list(self, edit->path, edit->paths, edit->axis, keys)
+               : edit_find_axis_keys(self, edit->axis, keys);
+}
+
+static int edit_find_key(const struct edit *self, const struct move_edit *edit,
+                         struct yaml_value *keys, struct yaml_value *key)
+{
+    if (edit_find_keys(self, edit, keys) < 0)
         return -1;
     *key = yaml_value_at(keys, yaml_value_node(keys)->first);
-    for (uint32_t i = 0; i < index && key->node != 0; i++)
+    for (uint32_t i = 0; i < edit->key && key->node != 0; i++)
         key->node = yaml_value_node(key)->next;
     return key->node != 0
                ? 0
-               : yaml_value_refuse(keys, "has no number %u", index + 1);
+               : yaml_value_refuse(keys, "has no number %u", edit->key + 1);
 }
 
 /* Of a key as a map or in the short form; false: it is not there. */
@@ -97,21 +113,33 @@ static bool edit_is_number(const char *text)
 
 /* As values of this field are written: with the unit where the text `like` has
  * one. */
-static int edit_value(const struct edit *self, const char *axis,
+static int edit_value(const struct edit *self, const struct move_edit *edit,
                       const struct yaml_value *about, const char *name,
                       const char *value, const char *like,
                       char text[YAML_TEXT_VALUE_MAX])
 {
-    const int index = rig_axis_index(self->source->rig, axis);
+    const int index = rig_axis_index(self->source->rig, edit->axis);
+    const bool is_axis = edit->curve == NULL;
     char unit[NUMBER_UNIT_MAX] = "s";
+    char share[32];
     const char *place = strchr("tpva", name[0]);
-    const bool plain = place == NULL || name[1] != 0 || index < 0 ||
-                       !edit_is_number(value) || edit_is_number(like);
+    const bool is_number =
+        place != NULL && name[1] == 0 && edit_is_number(value);
+    const bool plain =
+        !is_number || (is_axis && index < 0) || edit_is_number(like);
     int length;
 
-    if (!plain && name[0] != 't')
+    if (!plain && name[0] != 't' && is_axis)
         number_unit(unit, self->source->rig->axis[index].unit,
                     (unsigned)(place - "tpva" - 1));
+    if (!plain && name[0] != 't' && !is_axis)
+        snprintf(unit, sizeof unit, "%s", edit->unit);
+    /* Without a unit a weight is a share of 1. */
+    if (plain && is_number && !is_axis && name[0] == 'p' &&
+        strcmp(edit->unit, "%") == 0) {
+        snprintf(share, sizeof share, "%.12g", strtod(value, NULL) / 100);
+        value = share;
+    }
     length = plain ? snprintf(text, YAML_TEXT_VALUE_MAX, "%s", value)
                    : snprintf(text, YAML_TEXT_VALUE_MAX, "%s %s", value, unit);
     return length < YAML_TEXT_VALUE_MAX
@@ -172,7 +200,7 @@ static int edit_field(struct edit *self, const struct move_edit *edit,
     const char *like = found && yaml_value_node(&field)->kind == YAML_TREE_TEXT
                            ? yaml_tree_text(field.tree, field.node)
                            : edit_like(key);
-    if (edit_value(self, edit->axis, key, to->name, to->value, like, text) < 0)
+    if (edit_value(self, edit, key, to->name, to->value, like, text) < 0)
         return -1;
     if (found)
         return edit_replace(self, &field, text);
@@ -219,7 +247,7 @@ static bool edit_needs_names(const struct move_edit *edit,
 static int edit_key(struct edit *self, const struct move_edit *edit)
 {
     struct yaml_value keys, key;
-    int err = edit_find_key(self, edit->axis, edit->key, &keys, &key);
+    int err = edit_find_key(self, edit, &keys, &key);
 
     if (err < 0)
         return err;
@@ -279,7 +307,7 @@ static int edit_new_key(const struct edit *self, const struct move_edit *edit,
         char value[YAML_TEXT_VALUE_MAX];
         if (field->value == NULL)
             continue;
-        if (edit_value(self, edit->axis, beside, field->name, field->value,
+        if (edit_value(self, edit, beside, field->name, field->value,
                        edit_like(beside), value) < 0)
             return -1;
         used += (size_t)snprintf(
@@ -303,9 +331,11 @@ static int edit_add(struct edit *self, const struct move_edit *edit)
 {
     struct yaml_value keys, beside;
     char text[YAML_TEXT_VALUE_MAX];
-    const uint32_t before = edit_before(edit_axis(self, edit->axis), edit->t_s);
+    const uint32_t before = edit_before(
+        edit->curve != NULL ? edit->curve : edit_axis(self, edit->axis),
+        edit->t_s);
 
-    if (edit_find_keys(self, edit->axis, &keys) < 0)
+    if (edit_find_keys(self, edit, &keys) < 0)
         return -1;
     beside = yaml_value_at(&keys, yaml_value_node(&keys)->first);
     if (beside.node == 0)
@@ -322,7 +352,7 @@ static int edit_remove(struct edit *self, const struct move_edit *edit)
 {
     struct yaml_value keys, key;
 
-    if (edit_find_key(self, edit->axis, edit->key, &keys, &key) < 0)
+    if (edit_find_key(self, edit, &keys, &key) < 0)
         return -1;
     return yaml_edit_remove_item(&self->yaml, &keys, key.node);
 }
@@ -511,7 +541,7 @@ static int edit_order_axis(struct edit *self, const struct plan_axis *axis,
         move_text_over(&over, self->source->files, self->source->path, text);
         err = yaml_text_open(&again.yaml, &over.files, &report);
         if (err == 0)
-            err = edit_find_keys(&again, axis->name, &keys);
+            err = edit_find_axis_keys(&again, axis->name, &keys);
         if (err == 0 && yaml_value_node(&keys)->length != count)
             err = yaml_value_refuse(&keys, "are not those of the edits");
         if (err == 0)

@@ -32,6 +32,11 @@ struct move_edit {
     unsigned fields;
     const char *path[MOVE_EDIT_PATH]; /* SET; value: field[0] */
     unsigned paths;
+    /* Keys of another curve than an axis's (a weight, the warp): the path is that of the
+     * map with its keys, and their values are in `unit`; NULL: those of the axis.  They
+     * are not put in order. */
+    const struct plan_axis *curve;
+    const char *unit; /* "%", "deg" or "s" */
 };
 
 /* The edits in the text of source->path, of which source->was was read; keys of

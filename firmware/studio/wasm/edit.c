@@ -163,6 +163,20 @@ static void edit_path(struct edit_reader *reader, const cJSON *operation,
                                                   : edit_text(reader, value));
 }
 
+/* What is no axis, but called as curves beside them are. */
+static void edit_other(const struct studio_plan *plan, struct move_edit *edit)
+{
+    struct studio_other other;
+
+    if (job_axis_index(&plan->job, edit->axis) >= 0 ||
+        !studio_other_named(plan, edit->axis, &other))
+        return;
+    edit->curve = other.curve;
+    edit->unit = other.unit;
+    edit->paths = other.paths;
+    memcpy(edit->path, other.path, sizeof other.path);
+}
+
 static bool edit_is(const cJSON *operation, const char *name)
 {
     const cJSON *op = cJSON_GetObjectItemCaseSensitive(operation, "op");
@@ -187,12 +201,15 @@ static void edit_operation(struct edit_reader *reader,
         return;
     }
     edit->axis = axis->valuestring;
+    edit_other(plan, edit);
     if (edit_is(operation, "curve")) {
         edit->kind = MOVE_EDIT_SET;
-        edit->path[0] = "axes";
-        edit->path[1] = edit->axis;
-        edit->path[2] = "curve";
-        edit->paths = 3;
+        if (edit->curve == NULL) {
+            edit->path[0] = "axes";
+            edit->path[1] = edit->axis;
+            edit->paths = 2;
+        }
+        edit->path[edit->paths++] = "curve";
         edit_put(edit, "value",
                  edit_text(reader, cJSON_GetObjectItemCaseSensitive(operation,
                                                                     "curve")));

@@ -86,9 +86,27 @@ bool studio_plan_subject(const struct studio_plan *plan, double from_s,
 void studio_pose(const struct plan_rig *rig, const struct motion_track *track,
                  int64_t t_ns_q12, double out[STUDIO_POSE]);
 
-/* --- others.c: as the member "others" --- */
+/* --- others.c: curves that are no axis's, as the member "others" --- */
+
+struct studio_other {
+    const struct plan_axis *curve;
+    const char *kind, *name, *unit;
+    const char *path[3]; /* in the move's file, of the map with the keys */
+    unsigned paths;
+    double scale; /* to the unit */
+};
+/* The one at an index; false after the last. */
+bool studio_other(const struct studio_plan *plan, uint32_t index,
+                  struct studio_other *other);
+/* By what operations call it: "pose NAME", "the fade", "the roll", "the warp". */
+bool studio_other_named(const struct studio_plan *plan, const char *name,
+                        struct studio_other *other);
 
 void studio_plan_others(const struct studio_plan *plan, struct cJSON *report);
+/* STUDIO_COLUMN per column, of one of them. */
+bool studio_plan_other_samples(const struct studio_plan *plan, uint32_t index,
+                               double from_s, double to_s, uint32_t columns,
+                               double *out);
 
 /* --- way.c --- */
 

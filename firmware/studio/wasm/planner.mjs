@@ -117,6 +117,13 @@ class Plan {
     return samples;
   }
 
+  // As samples, of the curve at an index of report.others.
+  otherSamples(index, from, to, columns) {
+    return this.#numbers(COLUMN * columns, Float64Array, (at) =>
+      this.#planner.wasm.studio_plan_other_samples(this.handle, index, from, to, columns, at),
+    );
+  }
+
   // The columns that are not as in the other plan, with one beside them for what is
   // rounded: [first, end].
   #changed(other, index, from, to, columns) {

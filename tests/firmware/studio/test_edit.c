@@ -32,6 +32,13 @@ static const char flow[] =
     "axes: {x: {curve: quintic, keys: [[0, 0], [1, 10, 3], [2 s, 5]]}}\n";
 static const char block[] = HEAD ONE TWO FOUR;
 
+#define POSED(weight, warp)                                                    \
+    "poses: {a: {x: 0}, b: {x: 10}}\n"                                         \
+    "blend: {base: a, weights: {b: {curve: quintic, keys: [" weight "]}}}\n"   \
+    "warp: {curve: linear, keys: [" warp "]}\n"
+static const char posed[] =
+    POSED("[0, 0.5], [2 s, 50 %], [4, 0]", "[0, 0], [2 s, 1 s], [4, 4]");
+
 static const struct {
     const char *name, *text, *operations, *want; /* "!...": is refused with */
 } rows[] = {
@@ -97,6 +104,19 @@ static const struct {
       "[{'op':'set','path':['warp','keys','0'],'value':'1'}]",
       "!has no \"warp\"" },
     { "no list", flow, "{}", "!no list" },
+    { "keys of a weight and of the warp, with the units they have", posed,
+      "[{'op':'key','axis':'pose b','key':1,'p':80},"
+      "{'op':'key','axis':'pose b','key':0,'p':25},"
+      "{'op':'key','axis':'the warp','key':1,'t':2.5,'p':1.5}]",
+      POSED("[0, 0.25], [2 s, 80 %], [4, 0]",
+            "[0, 0], [2.5 s, 1.5 s], [4, 4]") },
+    { "they come and go", posed,
+      "[{'op':'add','axis':'pose b','t':3,'p':10},"
+      "{'op':'remove','axis':'the warp','key':1}]",
+      POSED("[0, 0.5], [2 s, 50 %], [3, 0.1], [4, 0]", "[0, 0], [4, 4]") },
+    { "a pose that has no weight", posed,
+      "[{'op':'key','axis':'pose a','key':0,'p':1}]",
+      "!has no keys of an axis" },
 };
 
 static struct studio_plan *planned(const char *text)

@@ -32,7 +32,9 @@ function nudgeTime(session, frames) {
   const wanted = frames * frameOf(session);
   if (picked.length === 0) return;
   const from = Math.min(...picked.map((each) => each.at.t));
-  const axes = session.axes.value.filter((axis) => picked.some((each) => each.axis === axis.name));
+  const axes = session.tracks.value.filter((axis) =>
+    picked.some((each) => each.axis === axis.name),
+  );
   if (session.isRippling.value) {
     void session.edit(rippleKeys(axes, from, wanted, finest), "Ripple", "nudge-time");
     return;
@@ -44,7 +46,7 @@ function nudgeTime(session, frames) {
 
 function nudgeValue(session, hundredths) {
   const operations = [];
-  for (const axis of session.axes.value) {
+  for (const axis of session.tracks.value) {
     const [low, high] = positionRange(axis);
     const step = 10 ** Math.floor(Math.log10((high - low) / 50));
     const picked = session.picked.value.filter((each) => each.axis === axis.name);
@@ -99,13 +101,21 @@ function selectAll(session) {
 
 // --- keys
 
+// Of what is sampled: null where the view does not reach.
+function sampleAt(session, axis, t) {
+  const { from, to } = session.sampled.value;
+  const column = Math.floor((((t - from) / (to - from)) * (axis.samples?.length ?? 0)) / 8);
+  return axis.samples?.[8 * column] ?? null;
+}
+
 async function addAtPlayhead(session) {
   const axis = session.activeAxis.value;
   if (!axis?.isKeyed) return;
   const t = session.playhead.value;
   const { values } = (await session.valuesAt(t)) ?? {};
   if (!values) return;
-  const p = values[axis.index][0];
+  const p = axis.isOther ? sampleAt(session, axis, t) : values[axis.index][0];
+  if (p === null) return;
   await session.edit(
     [{ op: "add", axis: axis.name, t: finest.time(t), p: roundFor(p, 1e-4) }],
     "Add a key",
@@ -136,7 +146,8 @@ export async function scaleAboutPlayhead(session, timeFactor, valueFactor) {
   const about = session.playhead.value;
   const { values } = (await session.valuesAt(about)) ?? {};
   if (!values || !(timeFactor > 0) || !Number.isFinite(valueFactor)) return;
-  const at = (name) => values[session.axes.value.find((axis) => axis.name === name).index][0];
+  const at = (name) =>
+    values[session.axes.value.find((axis) => axis.name === name)?.index]?.[0] ?? 0;
   const operations = scaleKeys(
     session.picked.value,
     { about, timeFactor, aboutValue: at, valueFactor },

@@ -1,6 +1,14 @@
 // The whole canvas of the curve editor, from a scene; see editor.js for its parts.
 import { timeToX } from "../view/scale.js";
-import { clipTo, drawBand, drawBroken, drawGrid, drawRuler, drawSamples } from "./draw_pane.js";
+import {
+  clipTo,
+  drawBand,
+  drawBroken,
+  drawGrid,
+  drawLabel,
+  drawRuler,
+  drawSamples,
+} from "./draw_pane.js";
 
 const keySize = 5;
 
@@ -56,7 +64,7 @@ function drawPanes(context, scene) {
   const { layout, axes, active, colours, sampled } = scene;
   layout.panes.forEach((pane, order) => {
     const view = scene.viewFor(order, active ?? axes[0] ?? scene.nothing);
-    drawGrid(context, pane, view, order, active, scene.fps, colours);
+    drawGrid(context, pane, view, scene.fps, colours);
     if (active !== null) drawBand(context, pane, view, order, active, colours);
     for (const axis of axes) {
       const isActive = axis === active;
@@ -75,7 +83,12 @@ function drawPanes(context, scene) {
     for (const axis of axes)
       if (axis.samples)
         drawBroken(context, pane, scene.viewFor(order, axis), order, axis, sampled, colours);
+    drawLabel(context, pane, order, active, colours);
   });
+}
+
+function shortLabel(label) {
+  return label.length > 11 ? `${label.slice(0, 10)}…` : label;
 }
 
 function drawSheet(context, scene) {
@@ -88,7 +101,7 @@ function drawSheet(context, scene) {
     context.fillRect(row.left, row.top + 1, row.width, row.height - 2);
     context.textAlign = "right";
     context.fillStyle = isActive ? colours.text : colours.quiet;
-    context.fillText(row.label.slice(0, 11), row.left - 6, row.top + row.height / 2);
+    context.fillText(shortLabel(row.label), row.left - 6, row.top + row.height / 2);
   }
   clipTo(context, layout.sheet, () => drawKeys(context, scene, scene.sheetKeys, () => false));
 }
@@ -117,8 +130,8 @@ function drawTimes(context, scene) {
   if (x === null) return;
   context.fillStyle = colours.accent;
   context.beginPath();
-  context.moveTo(x - 6, 4);
-  context.lineTo(x + 6, 4);
+  context.moveTo(x - 6, layout.ruler.height - 8);
+  context.lineTo(x + 6, layout.ruler.height - 8);
   context.lineTo(x, layout.ruler.height);
   context.closePath();
   context.fill();

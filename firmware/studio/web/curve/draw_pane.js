@@ -24,11 +24,11 @@ export function drawRuler(context, ruler, span, fps, colours) {
   const { step, values } = timeTicks(span.from, span.to, ruler.width / 80, fps);
   for (const t of values) {
     const text = fps ? `f${Math.round(t * fps)}` : `${shortNumber(t, decimalsFor(step))} s`;
-    context.fillText(text, timeToX({ ...ruler, ...span }, t), ruler.top + ruler.height / 2);
+    context.fillText(text, timeToX({ ...ruler, ...span }, t), ruler.top + 9);
   }
 }
 
-export function drawGrid(context, pane, view, order, axis, fps, colours) {
+export function drawGrid(context, pane, view, fps, colours) {
   context.fillStyle = colours.pane;
   context.fillRect(pane.left, pane.top, pane.width, pane.height);
   context.lineWidth = 1;
@@ -55,16 +55,27 @@ export function drawGrid(context, pane, view, order, axis, fps, colours) {
     if (y > pane.top + 16 && y < pane.top + pane.height - 4)
       context.fillText(shortNumber(value, decimalsFor(step)), pane.left - 6, y);
   }
-  context.fillStyle = colours.text;
+}
+
+// What a pane shows and its unit, over the curves.
+export function drawLabel(context, pane, order, axis, colours) {
+  const name = order === 0 && axis?.isOther ? axis.name : paneNames[order];
+  const label = axis === null ? name : `${name}, ${axis.unit}${per[order]}`;
+  context.font = "11px system-ui, sans-serif";
+  context.textBaseline = "middle";
   context.textAlign = "left";
-  const label = axis === null ? paneNames[order] : `${paneNames[order]}, ${axis.unit}${per[order]}`;
+  context.globalAlpha = 0.85;
+  context.fillStyle = colours.pane;
+  context.fillRect(pane.left + 3, pane.top + 2, context.measureText(label).width + 6, 14);
+  context.globalAlpha = 1;
+  context.fillStyle = colours.text;
   context.fillText(label, pane.left + 6, pane.top + 9);
 }
 
 // What lies outside the limits is shaded, with a line at the limit.
 export function drawBand(context, pane, view, order, axis, colours) {
   const [low, high] = axis.limits[order];
-  if (order > 0 && !(high > 0)) return;
+  if (!Number.isFinite(high) || (order > 0 && !(high > 0))) return;
   clipTo(context, pane, () => {
     const top = valueToY(view, high);
     const bottom = valueToY(view, low);

@@ -67,7 +67,7 @@ function boxing(session, scene, start, how) {
     end(point) {
       session.dragged.value = null;
       const isClick = Math.hypot(point.x - start.x, point.y - start.y) < stillPixels;
-      const targets = inSheet ? scene.sheetKeys.filter((each) => !each.isOther) : scene.keys;
+      const targets = inSheet ? scene.sheetKeys : scene.keys;
       const picked = isClick ? [] : inBox(targets, boxOf(start, point));
       session.selection.value = select(session.selection.value, picked, how);
     },
@@ -101,14 +101,14 @@ function roundingOf(session, scene) {
     valuePerPixel(
       scene.viewFor(
         0,
-        scene.axes.find((axis) => axis.name === name),
+        scene.rows.find((axis) => axis.name === name),
       ),
     ) / 2;
   return session.rounding(time, value);
 }
 
 function textOf(session, target, drag, round) {
-  const axis = session.axes.value.find((each) => each.name === target.axis);
+  const axis = session.tracks.value.find((each) => each.name === target.axis);
   const fps = session.inFrames.value ? session.fps.value : null;
   const time = timeText(round.time(target.at.t + drag.dt), fps);
   const value = `${round.value(target.at.p + drag.dp, target.axis)} ${axis.unit}`;
@@ -119,11 +119,11 @@ function draggingKeys(session, scene, start, target, onlyTime) {
   const picked = session.picked.value;
   const isRippling = session.isRippling.value;
   const from = Math.min(...picked.map((each) => each.at.t));
-  const touched = scene.axes.filter((axis) => picked.some((each) => each.axis === axis.name));
+  const touched = scene.rows.filter((axis) => picked.some((each) => each.axis === axis.name));
   const targets = snapTargets(session, scene, picked);
   const view = scene.viewFor(
     0,
-    scene.axes.find((axis) => axis.name === target.axis),
+    scene.rows.find((axis) => axis.name === target.axis),
   );
   const round = roundingOf(session, scene);
   const range = isRippling ? rippleRange(touched, from) : timeRange(touched, picked);
@@ -238,21 +238,16 @@ export function gestureAt(session, scene, point, event) {
   const handle = inSheet ? null : nearest(scene.handles, point.x, point.y, reach);
   if (handle !== null) return draggingHandle(session, scene, point, handle);
   const target = nearest(inSheet ? scene.sheetKeys : scene.keys, point.x, point.y, reach);
-  if (target?.isOther) {
-    session.place.value = { line: target.at.line, column: target.at.column };
-    session.tab.value = "Text";
-    return null;
-  }
   if (target !== null) {
     const how = event.shiftKey ? "toggle" : scene.isPicked(target.axis, target.key) ? "add" : "set";
     session.selection.value = select(session.selection.value, [target], how);
-    session.active.value = target.axis;
+    session.activate(target.axis);
     if (!isSelected(session.selection.value, target.axis, target.key)) return null;
     return draggingKeys(session, scene, point, target, inSheet);
   }
   if (inSheet) {
     const row = layout.rows.find((each) => isInside(each, point.x, point.y));
-    if (row && scene.axes.some((axis) => axis.name === row.axis)) session.active.value = row.axis;
+    if (row) session.activate(row.axis);
   }
   if (event.pointerType === "touch") return panning(session, scene, point);
   return boxing(session, scene, point, event.shiftKey ? "add" : "set");

@@ -36,6 +36,7 @@ export function followScene(session, live) {
   const parts = [
     "hidden",
     "axes",
+    "active",
     "activeAxis",
     "view",
     "isNormalised",
@@ -60,20 +61,24 @@ export function followScene(session, live) {
 
 export function sceneOf(session, size, colours, live) {
   const hidden = session.hidden.value;
-  const axes = session.axes.value.filter((axis) => !hidden.has(axis.name));
+  const others = session.others.value;
+  const seen = session.axes.value.filter((axis) => !hidden.has(axis.name));
+  const axes = [...seen, ...others.filter((each) => each.name === session.active.value)];
   const active = axes.find((axis) => axis.name === session.activeAxis.value?.name) ?? null;
   const span = session.view.value;
-  const rows = [...axes, ...session.others.value];
+  const rows = [...seen, ...others];
   const layout = layOut(size.width, size.height, rows);
-  const common = session.isNormalised.value ? null : commonRange(axes);
+  const common = session.isNormalised.value ? null : commonRange(seen);
   const range = session.range.value;
-  const viewFor = (order, axis) => viewOf(layout.panes[order], order, axis, span, range, common);
+  const viewFor = (order, axis) =>
+    viewOf(layout.panes[order], order, axis, span, range, axis.isOther ? null : common);
   const positions = (axis) => viewFor(0, axis);
   const colourOf = (name) =>
     colours.axes[session.axes.value.find((axis) => axis.name === name)?.colour] ?? colours.quiet;
   return {
     layout,
     axes,
+    rows,
     active,
     nothing,
     span,

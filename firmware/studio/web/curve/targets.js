@@ -73,7 +73,6 @@ export function sheetTargets(axes, rows, span, moved) {
         at,
         x: timeToX(view, at.t),
         y: row.top + row.height / 2,
-        isOther: axis.isOther ?? false,
       });
     }
   }

@@ -46,14 +46,26 @@ export function readViolations(numbers, words) {
   return violations;
 }
 
-// Of a pose, the warp, a camera: [t, value, line, column] of each key.
-export function readOther({ kind, name, keys }) {
+const anywhere = [-Infinity, Infinity];
+const unlimited = [anywhere, [0, 0], [0, 0], [0, 0]];
+
+// A curve that is no axis's (how much there is of a pose, the warp, a camera's roll), as
+// an axis that nothing limits; by the name that operations call it.
+export function readOther({ kind, name, unit, curve, keys }) {
   return {
     kind,
-    name: kind === "pose" ? `pose ${name}` : name,
+    name: kind === "pose" ? `pose ${name}` : `the ${name}`,
     label: name,
+    unit,
+    curve,
     isOther: true,
-    keys: keys.map(([t, p, line, column]) => ({ t, p, line, column })),
+    isKeyed: true,
+    limits: unlimited,
+    keys: keys.map(([t, p, line, column]) => ({
+      ...{ t, p, line, column, curve, fixed: 0, slope: NaN },
+      ...{ v: null, a: null, left: null, right: null },
+    })),
+    samples: null,
   };
 }
 

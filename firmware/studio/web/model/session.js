@@ -84,13 +84,22 @@ export class Session {
     this.title = computed(() => this.report.value?.title ?? "");
     this.fps = computed(() => this.report.value?.fps ?? null);
     this.violations = signal([]);
-    // Keys that are no axis's: shown, and edited in the text.
-    this.others = computed(() => (this.report.value?.others ?? []).map(readOther));
+    this.otherSamples = signal(null); // { name, samples } of the one that is edited
+    // Curves that are no axis's.
+    this.others = computed(() => {
+      const shown = this.otherSamples.value;
+      return (this.report.value?.others ?? [])
+        .map(readOther)
+        .map((other) =>
+          other.name === shown?.name ? { ...other, samples: shown.samples } : other,
+        );
+    });
+    this.tracks = computed(() => [...this.axes.value, ...this.others.value]);
     this.duration = computed(() => this.report.value?.end_s ?? 0);
-    this.picked = computed(() => selectedKeys(this.axes.value, this.selection.value));
+    this.picked = computed(() => selectedKeys(this.tracks.value, this.selection.value));
     this.activeAxis = computed(
       () =>
-        this.axes.value.find((axis) => axis.name === this.active.value) ??
+        this.tracks.value.find((axis) => axis.name === this.active.value) ??
         this.axes.value[0] ??
         null,
     );
@@ -198,7 +207,7 @@ export class Session {
     }
     const times = this.#timesAfter(operations);
     await this.change(answer.edits, label, group);
-    if (times.length > 0) this.selection.value = selectTimes(this.axes.value, times);
+    if (times.length > 0) this.selection.value = selectTimes(this.tracks.value, times);
     return true;
   }
 
@@ -291,7 +300,7 @@ export class Session {
   #timesAfter(operations) {
     const times = [];
     for (const operation of operations) {
-      const axis = this.axes.value.find((each) => each.name === operation.axis);
+      const axis = this.tracks.value.find((each) => each.name === operation.axis);
       if (operation.op === "add") times.push({ axis: operation.axis, t: operation.t });
       if (operation.op === "key" && typeof (operation.t ?? 0) === "number")
         times.push({ axis: operation.axis, t: operation.t ?? axis.keys[operation.key].t });
@@ -310,7 +319,8 @@ export class Session {
 
   #samplesView() {
     const { from, to } = this.view.value;
-    return { from, to, columns };
+    const other = this.others.value.findIndex((each) => each.name === this.active.value);
+    return { from, to, columns, other };
   }
 
   async #plan() {
@@ -327,13 +337,18 @@ export class Session {
     if (compared.value) await this.compare(compared.value.axis, compared.value.curve);
   }
 
-  #show({ report, keys, samples, violations }) {
+  #keepOther(samples) {
+    this.otherSamples.value = samples ? { name: this.active.value, samples } : null;
+  }
+
+  #show({ report, keys, samples, violations, otherSamples }) {
     batch(() => {
       this.report.value = report;
       this.isBroken.value = report.status !== "ok";
       if (this.isBroken.value) return;
       this.violations.value = readViolations(violations, this.#words);
       this.sampled.value = { ...this.view.value };
+      this.#keepOther(otherSamples);
       this.axes.value = report.axes.map((axis, index) => ({
         ...axis,
         index,
@@ -346,7 +361,7 @@ export class Session {
         isKeyed: keys[index] !== null,
         samples: samples[index],
       }));
-      if (!this.axes.value.some((axis) => axis.name === this.active.value))
+      if (!this.tracks.value.some((axis) => axis.name === this.active.value))
         this.active.value = this.axes.value[0]?.name ?? null;
     });
   }
@@ -365,6 +380,13 @@ export class Session {
 
   // --- what is seen
 
+  // An axis, or another curve, is the one that is edited.
+  activate(name) {
+    if (name === this.active.value) return;
+    this.active.value = name;
+    if (this.activeAxis.value?.isOther) void this.look(this.view.value);
+  }
+
   async look(view) {
     this.view.value = { from: view.from, to: view.to };
     const asked = { ...this.view.value };
@@ -377,6 +399,7 @@ export class Session {
       return;
     batch(() => {
       this.sampled.value = asked;
+      this.#keepOther(answer.otherSamples);
       this.axes.value = this.axes.value.map((axis, index) => ({
         ...axis,
         samples: answer.samples[index],

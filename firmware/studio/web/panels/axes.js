@@ -59,6 +59,6 @@ export function Axes({ session }) {
     <ul class="axes">
       ${session.axes.value.map((each) => html`<${AxisRow} key=${each.name} session=${session} axis=${each} />`)}
     </ul>
-    ${axis?.isKeyed ? html`<${CurveChoice} session=${session} axis=${axis} />` : null}
+    ${axis?.isKeyed && !axis.isOther ? html`<${CurveChoice} session=${session} axis=${axis} />` : null}
   </section>`;
 }

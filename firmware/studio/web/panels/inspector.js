@@ -49,18 +49,24 @@ export function Choice({ label, value, names, none, onChoose }) {
   </label>`;
 }
 
+const valueNames = { pose: "Weight", fade: "Weight", roll: "Roll", warp: "Time of the move" };
+
+function OfAxis({ session, axis, at, set }) {
+  return html`<${Field} label="Velocity" unit=${axis.unit + per[1]} value=${at.v} placeholder=${shortNumber(at.slope, 3)} onSet=${set("v", "the velocity")} />
+    <${Field} label="Acceleration" unit=${axis.unit + per[2]} value=${at.a} placeholder="chosen" onSet=${set("a", "the acceleration")} />
+    <${Choice} label="Curve from here" value=${at.curve} names=${session.curves} onChoose=${set("curve", "the curve of a span")} />`;
+}
+
 function OneKey({ session, picked }) {
   const { axis: name, key, at } = picked;
-  const axis = session.axes.value.find((each) => each.name === name);
+  const axis = session.tracks.value.find((each) => each.name === name);
   const set = (member, label) => (value) =>
     session.edit([{ op: "key", axis: name, key, [member]: value }], `Set ${label}`);
   return html`<div class="fields">
     <p class="quiet">${name}, key ${key + 1} of ${axis.keys.length}, line ${at.line}</p>
     <${Field} label="Time" unit="s" value=${at.t} onSet=${set("t", "the time")} />
-    <${Field} label="Position" unit=${axis.unit} value=${at.p} onSet=${set("p", "the position")} />
-    <${Field} label="Velocity" unit=${axis.unit + per[1]} value=${at.v} placeholder=${shortNumber(at.slope, 3)} onSet=${set("v", "the velocity")} />
-    <${Field} label="Acceleration" unit=${axis.unit + per[2]} value=${at.a} placeholder="chosen" onSet=${set("a", "the acceleration")} />
-    <${Choice} label="Curve from here" value=${at.curve} names=${session.curves} onChoose=${set("curve", "the curve of a span")} />
+    <${Field} label=${valueNames[axis.kind] ?? "Position"} unit=${axis.unit} value=${at.p} onSet=${set("p", "the value")} />
+    ${axis.isOther ? null : html`<${OfAxis} session=${session} axis=${axis} at=${at} set=${set} />`}
   </div>`;
 }
 

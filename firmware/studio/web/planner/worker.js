@@ -73,6 +73,7 @@ function pictureOf(plan, view, former) {
     keys: report.axes.map((axis, index) => keysOf(plan, axis, index, former !== null)),
     violations: plan.violations(),
     samples: report.axes.map((axis, index) => shownOf(plan, view, index, former)),
+    otherSamples: otherOf(plan, view),
   };
 }
 
@@ -90,6 +91,10 @@ function shownOf(plan, view, index, former) {
   const samples = plan.samples(index, view.from, view.to, view.columns, isSame ? last : null);
   shown.set(name, { plan, view, samples: samples.slice() });
   return samples;
+}
+
+function otherOf(plan, view) {
+  return view.other < 0 ? null : plan.otherSamples(view.other, view.from, view.to, view.columns);
 }
 
 function samplesOf(plan, view, axes) {
@@ -116,7 +121,7 @@ async function warmOnce() {
   return picture.error === undefined;
 }
 
-const warmView = { from: 0, to: 10, columns: 200 };
+const warmView = { from: 0, to: 10, columns: 200, other: -1 };
 
 function warmLater() {
   setTimeout(() => {
@@ -203,6 +208,7 @@ const handlers = {
         view,
         plan.report.axes.map((_, index) => index),
       ),
+      otherSamples: otherOf(plan, view),
     };
   },
 
@@ -255,8 +261,8 @@ const handlers = {
 };
 
 // They are given away, not copied.
-function buffersOf({ samples, keys, poses, violations }) {
-  return [...(samples ?? []), ...(keys ?? []), poses, violations]
+function buffersOf({ samples, keys, poses, violations, otherSamples }) {
+  return [...(samples ?? []), ...(keys ?? []), poses, violations, otherSamples]
     .filter((each) => each instanceof Float64Array)
     .map((each) => each.buffer);
 }

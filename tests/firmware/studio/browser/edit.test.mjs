@@ -324,23 +324,51 @@ on(
   { isFirst: true },
 );
 
-on(
-  "keys of poses and of the warp stand in rows of their own, and lead to their line",
-  "poses",
-  async (page) => {
-    await settle(page);
-    const at = await page.evaluate(() => {
+// Where a key is in its row.
+async function rowPoint(page, name, index) {
+  await settle(page);
+  return page.evaluate(
+    ([row, at]) => {
       const { scene } = globalThis.studio.session;
-      const key = scene.sheetKeys.find((each) => each.axis === "warp" && each.key === 2);
+      const key = scene.sheetKeys.find((each) => each.axis === row && each.key === at);
       const box = document.querySelector(".curve-canvas").getBoundingClientRect();
       return { x: box.left + key.x, y: box.top + key.y, line: key.at.line };
-    });
+    },
+    [name, index],
+  );
+}
+
+on(
+  "keys of poses and of the warp are dragged, in rows and as curves, and typed",
+  "poses",
+  async (page) => {
     const before = await textOf(page);
-    assert.match(before.split("\n")[at.line - 1], /15 s, 12 s/);
-    await page.mouse.click(at.x, at.y);
-    await page.getByRole("tab", { name: "Text", selected: true }).waitFor();
-    assert.equal(await page.evaluate(() => globalThis.studio.session.place.value.line), at.line);
+    const row = await rowPoint(page, "the warp", 2);
+    assert.match(before.split("\n")[row.line - 1], /15 s, 12 s/);
+    const hash = await hashOf(page);
+    await drag(page, row, 30, 0);
+    const later = (await textOf(page)).split("\n");
+    assert.match(later[row.line - 1], /- \[15\.\d+ s, 12 s\]/);
+    assert.deepEqual(
+      later.filter((line, i) => line !== before.split("\n")[i]).length,
+      1,
+      "another line changed",
+    );
+    assert.notEqual(await hashOf(page), hash);
+    // Its curve is in the pane of positions now, in s, and its keys go up and down.
+    const key = await keyPoint(page, "the warp", 2);
+    await drag(page, key, 0, -9);
+    assert.match((await textOf(page)).split("\n")[row.line - 1], /- \[15\.\d+ s, 13(\.\d+)? s\]/);
+    // A weight is in percent, exactly.
+    const weight = await rowPoint(page, "pose close", 1);
+    await page.mouse.click(weight.x, weight.y);
+    await page.getByLabel("Weight").fill("80");
+    await page.getByLabel("Weight").press("Enter");
+    await settle(page);
+    assert.match((await textOf(page)).split("\n")[weight.line - 1], /9 s, 80 %/);
     await picture(page, "poses");
+    for (let i = 0; i < 3; i++) await page.getByRole("button", { name: "Undo" }).click();
+    await settle(page);
     assert.equal(await textOf(page), before);
   },
 );
