@@ -231,7 +231,12 @@ export class Machine {
     if (event.event === "homing")
       this.say(event.done ? "Homed." : `Homing failed: ${event.text}`, !event.done);
     if (event.event === "ticks lost")
-      this.say(`${event.count} ticks were lost since the start`, true);
+      this.say(
+        event.count === 1
+          ? "1 tick was lost since the start"
+          : `${event.count} ticks were lost since the start`,
+        true,
+      );
   }
 
   async #askStatus() {

@@ -26,7 +26,7 @@ function DriveRow({ axis, at, unit }) {
       <td>${axis.drive}${axis.homed ? "" : ", not homed"}</td>
       <td class="number">${known ? `${shortNumber(at.actual.last, 3)} ${unit}` : "not known"}</td>
       <td class="number">${known ? `${shortNumber(at.error.last, 3)} ${unit}` : ""}</td>
-      <td class="number">${torque === null ? "" : `${shortNumber(torque, 0)} %`}</td>
+      <td class="number">${torque === null ? "–" : `${shortNumber(torque, 0)} %`}</td>
     </tr>
     <${Says} axis=${axis} />`;
 }

@@ -20,7 +20,7 @@ function Connection({ machine }) {
   const real = machine.isReal.value;
   const kind = real === undefined ? "" : real ? "REAL DRIVES" : "simulated";
   return html`<span class=${`link ${state}`} role="status">
-    <span class=${real ? "kind real" : "kind"}>${kind}</span> ${linkTexts[state]}
+    <span class=${real ? "kind real" : "kind"}>${kind}</span>, ${linkTexts[state]}
   </span>`;
 }
 

@@ -18,12 +18,12 @@ function colour(name) {
 
 function optionsOf(width, label, names) {
   const strokes = ["--accent", "--bad", "--axis-2", "--axis-3", "--axis-4", "--axis-5"];
-  const axis = { stroke: colour("--quiet"), grid: { stroke: colour("--faint") } };
+  const axis = { stroke: colour("--quiet"), grid: { stroke: colour("--faint") }, labelGap: 0 };
   return {
     width,
     height,
     axes: [
-      { ...axis, label: "s" },
+      { ...axis, label: "s", size: 30, labelSize: 16 },
       { ...axis, label },
     ],
     scales: { x: { time: false } },
@@ -164,7 +164,7 @@ function Takes(props) {
     event.target.value = "";
   };
   return html`<${TakesPlot} ...${props} />
-    <label class="file">Open a recording (CSV)
+    <label class="inline">Open a recording (CSV)
       <input type="file" accept=".csv,text/csv" multiple onChange=${open} />
     </label>
     <${Kept} machine=${props.machine} />`;
@@ -223,6 +223,7 @@ export function Strip({ machine }) {
         <input type="range" min="0" max=${seenNow.most} value=${seenNow.back}
           disabled=${!seenNow.isPaused || seenNow.most === 0}
           onInput=${(event) => seenNow.setBack(Number(event.target.value))} />
+        ${seenNow.isPaused ? `${(seenNow.back / 60).toFixed(1)} s` : ""}
       </label>
     </div>
     <${Plot} label=${`${axes[index]?.name ?? ""}, ${axes[index]?.unit ?? ""}`} names=${["plan", "actual"]} data=${data} />

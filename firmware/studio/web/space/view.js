@@ -155,7 +155,7 @@ class SpaceView {
   }
 }
 
-function connect(canvas, session, machine, onEmpty, view) {
+function connect(canvas, session, machine, onEmpty, view, onRead) {
   let space;
   try {
     space = new SpaceView(canvas, session, machine);
@@ -169,9 +169,10 @@ function connect(canvas, session, machine, onEmpty, view) {
   const stops = [
     effect(() => {
       void session.report.value;
-      void space.read((isEmpty) =>
-        onEmpty(isEmpty ? "This rig has no kinematics, so nothing says where its camera is." : ""),
-      );
+      void space.read((isEmpty) => {
+        onEmpty(isEmpty ? "This rig has no kinematics, so nothing says where its camera is." : "");
+        onRead();
+      });
     }),
     effect(() => {
       void [session.playhead.value, machine.machineAt.value];
@@ -196,7 +197,7 @@ function Figures({ session, view }) {
     camera ${pose.at.map((value) => value.toFixed(2)).join(", ")} m
     ${pose.hasSubject ? `, subject at ${pose.distance.toFixed(2)} m` : ""}
     ${pose.focus === null ? "" : `, focus at ${pose.focus.toFixed(2)} m`}
-    ${pose.focal === null ? "" : `, ${pose.focal.toFixed(0)} mm`}
+    ${pose.focal === null ? "" : `, ${pose.focal.toFixed(0)} mm`}; lower right: through the lens
   </p>`;
 }
 
@@ -204,10 +205,12 @@ export function Space({ session, machine }) {
   const canvas = useRef(null);
   const view = useRef(null);
   const [empty, setEmpty] = useState("");
-  useEffect(() => connect(canvas.current, session, machine, setEmpty, view), [session]);
+  const [read, setRead] = useState(0);
+  const onRead = () => setRead((n) => n + 1);
+  useEffect(() => connect(canvas.current, session, machine, setEmpty, view, onRead), [session]);
   return html`<section aria-label="Space" class="space-panel">
     <canvas ref=${canvas} role="img" aria-label="The camera along its path, and the picture through its lens"></canvas>
-    ${empty ? html`<p class="quiet">${empty}</p>` : html`<${Figures} session=${session} view=${view} />`}
+    ${empty ? html`<p class="quiet">${empty}</p>` : html`<${Figures} session=${session} view=${view} read=${read} />`}
     <button onClick=${() => view.current?.poses && view.current.frame()}>Show all</button>
   </section>`;
 }
