@@ -218,14 +218,15 @@ static void same_samples(const char *text, const struct studio_plan *before,
             return;
         studio_plan_samples(before, axis, from, to, COLUMNS, 0, COLUMNS, was);
         studio_plan_samples(now, axis, from, to, COLUMNS, 0, COLUMNS, is);
-        for (uint32_t i = 0; i < COLUMNS; i++)
-            if ((from + part * (i + 1) < changed[0] - 1e-6 ||
-                 from + part * i > changed[1] + 1e-6) &&
-                memcmp(&was[i * STUDIO_COLUMN], &is[i * STUDIO_COLUMN],
-                       STUDIO_COLUMN * sizeof *is) != 0)
+        for (uint32_t i = 0; i < COLUMNS * STUDIO_COLUMN; i++) {
+            const uint32_t column = i / STUDIO_COLUMN;
+            if ((from + part * (column + 1) < changed[0] - 1e-6 ||
+                 from + part * column > changed[1] + 1e-6) &&
+                was[i] != is[i])
                 fail_msg("column %u of axis %u, not in %.9g .. %.9g s, is "
                          "another after\n%s",
-                         i, axis, changed[0], changed[1], text);
+                         column, axis, changed[0], changed[1], text);
+        }
     }
 }
 
