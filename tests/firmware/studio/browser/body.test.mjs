@@ -80,7 +80,8 @@ test("keys of poses and of the warp come with their places in the text", () => {
     others.map(({ kind, name }) => `${kind} ${name}`),
     ["pose close", "pose window", "warp warp"],
   );
-  assert.deepEqual(others[1].keys[1], [12, 0.5, 28, 11]);
+  assert.equal(others[1].unit, "%");
+  assert.deepEqual(others[1].keys[1], [12, 50, 28, 11]);
   assert.deepEqual(others[2].keys[2].slice(0, 2), [15, 12]);
   plan.free();
 });
