@@ -215,14 +215,29 @@ static void job_fit_print_duration(const struct job *job,
             written, fit->stretch, least);
 }
 
+/* Is a key fixed at a time that a longer move would change? */
+static bool job_fit_has_fixed(const struct job *job)
+{
+    for (unsigned a = 0; a < job->move.axis_count; a++)
+        for (uint32_t i = 0; i < job->move.axis[a].key_count; i++) {
+            const struct plan_key *key = &job->move.axis[a].key[i];
+            if ((key->fixed & PLAN_FIXED_TIME) != 0 && key->key.t_ns_q12 > 0)
+                return true;
+        }
+    return false;
+}
+
 /* What slew fit would do about it. */
 static const char *job_fit_advice(const struct job *job,
                                   const struct job_fit *fit)
 {
     if (!fit->is_cured || job->compiled != NULL || job->move.shoot != NULL)
         return "";
-    return fit->spans > 0 ? "; slew fit finds the times"
-                          : "; slew fit gives it a duration";
+    if (fit->spans == 0)
+        return "; slew fit gives it a duration";
+    return job_fit_has_fixed(job)
+               ? "; slew fit finds the times, if keys that are fixed allow it"
+               : "; slew fit finds the times";
 }
 
 static void job_fit_print_roll(FILE *file, const char *before, const char *name,

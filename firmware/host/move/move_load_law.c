@@ -314,9 +314,16 @@ static int move_read_fastest(struct move_reader *self,
 
     if (yaml_value_choice(value, word, ARRAY_LEN(word), &index) < 0)
         return -1;
-    if (path->carrier != NULL)
-        return yaml_value_refuse(value, "is 'fastest', expected a speed where "
-                                        "the path is that of the head");
+    if (path->carrier != NULL) {
+        struct yaml_value law = *value;
+        law.expected = "a part of a speed law, or a list of 1 .. 64 of them; "
+                       "slew fit then finds how fast its axes can be";
+        return yaml_value_refuse(&law,
+                                 "is 'fastest', which is for a path of axes, "
+                                 "and this is one of the %s",
+                                 path->carrier->arm.arm.count > 0 ? "tool"
+                                                                  : "head");
+    }
     path->fastest = calloc(1, sizeof *path->fastest);
     if (path->fastest == NULL)
         return yaml_value_refuse(value, "is too much for the memory");

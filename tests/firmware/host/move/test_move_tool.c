@@ -406,6 +406,12 @@ static void what_cannot_be_is_refused(void **state)
                      "tool has forward and up in one line");
     move_file_refuse(ARM, PATH("  tool: {look: [0, 0, 1], near: [0, 0]}\n"),
                      "near has 2 items");
+    move_file_refuse(ARM,
+                     "path:\n  axes: tool\n  points: [[420, -200, 300], [450, "
+                     "200, 350]]\n  speed: fastest\n"
+                     "  tool: {look: [9 m, 0, 0]}\n",
+                     "speed is 'fastest', which is for a path of axes, and "
+                     "this is one of the tool, expected a part of a speed law");
     move_file_refuse(RAIL, PATH("  tool: {look: [9 m, 0, 0]}\n"),
                      "is the tool of an arm with 7 joints, of which a path "
                      "determines 6: give 1 of them keys under axes");

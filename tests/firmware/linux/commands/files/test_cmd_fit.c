@@ -105,6 +105,18 @@ static void check_says_what_would_help(void **state)
     cJSON_Delete(report);
 }
 
+/* It is not said that times are found which a fixed key may forbid. */
+static void check_does_not_promise_what_is_fixed(void **state)
+{
+    (void)state;
+    run_write(move, "axes:\n  dolly: {keys: [[0 s, 0 mm], {t: 1 s, p: 300 mm, "
+                    "fixed: time}, [9 s, 400 mm]]}\n");
+    assert_int_equal(run("check", rig, move), 1);
+    expect_in(run_slew()->out,
+              "; slew fit finds the times, if keys that are fixed allow it.\n");
+    assert_int_equal(run("fit", rig, move), 1);
+}
+
 /* Comments, blanks, quotes and order stay; only times, and the velocity that
  * goes with them, are others. */
 static void the_text_keeps_all_but_the_times(void **state)
@@ -423,6 +435,7 @@ int main(void)
         cmocka_unit_test(check_says_what_would_help),
         cmocka_unit_test(rolls_are_lengthened_until_they_fit),
         cmocka_unit_test(rolls_and_a_shoot_are_not_given_together),
+        cmocka_unit_test(check_does_not_promise_what_is_fixed),
         cmocka_unit_test(the_text_keeps_all_but_the_times),
         cmocka_unit_test(stretch_lengthens_all_of_it),
         cmocka_unit_test(a_dry_run_and_another_file_leave_the_move_as_it_is),
