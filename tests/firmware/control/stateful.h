@@ -15,8 +15,11 @@
  *   stateful_move.c     tracks, from gentle to exactly at the limits
  *   stateful_play.c     a move that is gone to, reversed and repeated
  *   stateful_command.c  commands, noted and told to the judge
- *   stateful_draw.c     which commands and mishaps come when
+ *   stateful_read.c     moves that are read piece by piece while they are played
+ *   stateful_draw.c     which commands come when
+ *   stateful_mishap.c   what goes wrong by itself
  *   stateful_judge.c    set points: limits, range, standing still, torque
+ *   stateful_fault.c    faults: causes, latching; e-stop; an axis that runs away
  *   stateful_stop.c     stops: no faster, at rest in time; the dead man
  *   stateful_goal.c     drives that go by their own profile: goals, and rest
  *   stateful_home.c     homing: switches, distances, time-outs
@@ -59,6 +62,9 @@
     X(STATEFUL_ENABLES, "a drive was enabled without a command")               \
     X(STATEFUL_LATCH, "a fault did not stay latched")                          \
     X(STATEFUL_SPURIOUS, "a fault without a cause")                            \
+    X(STATEFUL_MISSED, "a cause without its fault")                            \
+    X(STATEFUL_RESET, "a reset of what is still there")                        \
+    X(STATEFUL_RUNS_AWAY, "an axis that runs away has torque")                 \
     X(STATEFUL_NO_END, "OFF cannot be reached, or not be left")
 
 enum stateful_violation {
@@ -126,6 +132,7 @@ struct stateful_axis {
     int wait;        /* ticks until the request is done */
     bool ill, away;  /* a fault that stays; not on the bus */
     int stale_ticks; /* feedback stands still */
+    double runaway;  /* unit/s2, whatever it is told; 0: it follows */
     int64_t slip_q32;
     int64_t now_ns;
     int64_t pos_q32, sag_q32; /* of the axis; what the load takes of it */
@@ -138,7 +145,8 @@ struct stateful_axis {
     int64_t hold_q32; /* in force before the first of them */
     struct {
         int64_t pos_q32, vel_q32, t_ns;
-    } seen; /* what the last SYNC latched */
+        int64_t demand_q32; /* in force then; not reported */
+    } seen;                 /* what the last SYNC latched */
     /* homing of its own */
     bool homes, home_fails;
     int home_ticks, mode_ticks;
@@ -154,7 +162,7 @@ struct stateful_axis {
 
 struct stateful_line {
     struct hal_gpio gpio;
-    const struct stateful_axis *axis; /* NULL: the e-stop */
+    const struct stateful_axis *axis; /* NULL: a channel of the e-stop */
     enum stateful_switch which;
     bool active;
 };
@@ -174,8 +182,35 @@ int stateful_profile_halt(struct stateful_axis *axis);
 void stateful_profile_advance(struct stateful_axis *axis, double dt);
 /* With torque, and following set points. */
 bool stateful_axis_follows(const struct stateful_axis *axis);
+int64_t stateful_axis_demand_q32(const struct stateful_axis *axis);
 bool stateful_axis_has_torque(const struct stateful_axis *axis);
 extern const struct hal_gpio_ops stateful_line_ops;
+
+/* --- the e-stop -------------------------------------------------------------- */
+
+#define STATEFUL_CHANNELS 2
+
+/* A button with contacts that need not work. */
+struct stateful_estop {
+    unsigned channels;
+    int64_t discrepancy_ns;
+    struct stateful_line line[STATEFUL_CHANNELS];
+    int press_ticks[STATEFUL_CHANNELS], release_ticks[STATEFUL_CHANNELS];
+};
+
+/* --- a move that is read while it is played -------------------------------- */
+
+struct stateful_reader {
+    bool is_on;
+    int64_t spare_ns_q12; /* beyond what a stop may need */
+    int64_t ahead_ns_q12; /* so far beyond where the move is; */
+    bool stalls;          /* no further than there, */
+    int64_t stall_ns_q12;
+    double stall_share; /* of the move */
+    struct motion_track window[STATEFUL_AXES];
+    struct motion_track_outline outline[STATEFUL_AXES];
+    const struct motion_track *whole[STATEFUL_AXES];
+};
 
 /* --- the judge -------------------------------------------------------------- */
 
@@ -232,6 +267,19 @@ struct stateful_homing {
     struct stateful_mark mark[STATEFUL_SWITCHES];
 };
 
+/* What a button has shown since it was pressed. */
+struct stateful_pressed {
+    bool is_active, both, is_late, differs;
+    int64_t differ_ns;
+    bool is_unproved; /* until it was pressed and released as it should be */
+};
+
+/* Answers of an axis, newest first, that say that it runs away. */
+struct stateful_away {
+    int64_t error_q32, vel_q32, t_ns;
+    int count;
+};
+
 enum stateful_motion { STATEFUL_REST, STATEFUL_MOVE, STATEFUL_JOG };
 
 struct stateful_judge {
@@ -248,6 +296,9 @@ struct stateful_judge {
     int64_t jog_step_q32; /* the most per tick of this jog */
     int64_t dead_ns;      /* the dead-man time, on now_ns; 0: none */
     struct controller_fault_record fault;
+    struct stateful_pressed pressed;
+    struct stateful_away away[STATEFUL_AXES];
+    enum controller_reaction reaction;
     bool reset_requested; /* and accepted, since that */
     enum controller_state before;
     bool homed_before; /* homing was running */
@@ -260,6 +311,7 @@ struct stateful_judge {
 struct stateful_tally {
     uint64_t state[CONTROLLER_FAULT + 1], homing[HOMING_STATES];
     uint64_t reversed, repeated, cued; /* ticks; times */
+    uint64_t away;                     /* torque taken for it */
     uint64_t fault[32], by_drives, stop[STATEFUL_STOPS], range, goals;
 };
 
@@ -277,15 +329,17 @@ struct stateful {
     struct controller_jog jog;
     struct homing homing;
     struct stateful_axis axis[STATEFUL_AXES];
-    struct stateful_line estop, line[STATEFUL_AXES][STATEFUL_SWITCHES];
+    struct stateful_estop estop;
+    struct stateful_line line[STATEFUL_AXES][STATEFUL_SWITCHES];
     struct hal_fieldbus_worst bus;
-    int estop_ticks, bus_ticks, lost;
+    int bus_ticks, lost;
     int skipped; /* ticks before this one; a drive by goals went on */
     int burst;   /* ticks until a stop; < 0: none */
     struct motion_segment storage[2][STATEFUL_AXES][STATEFUL_SEGMENTS];
     struct motion_track track[2][STATEFUL_AXES];
     struct controller_goal goal[2][STATEFUL_AXES][STATEFUL_GOALS];
     unsigned spare; /* of the two; the other may be played */
+    struct stateful_reader reader[2];
     /* what the playback has loaded */
     struct playback playback;
     struct playback_axis playback_axis[STATEFUL_AXES];
@@ -323,10 +377,16 @@ void stateful_violate(struct stateful *bench, enum stateful_violation violation,
                       int axis, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-/* stateful_rig.c, stateful_move.c, stateful_draw.c */
+/* stateful_rig.c, stateful_move.c, stateful_draw.c, stateful_mishap.c.  Wide:
+ * an episode with all there is; the others are as they were before, so that
+ * those on record stay what they are.  Press: of the e-stop, as it should be. */
 void stateful_draw_rig(struct stateful *bench);
 bool stateful_draw_track(struct stateful *bench, unsigned i);
 void stateful_draw_commands(struct stateful *bench);
+bool stateful_is_wide(const struct stateful *bench);
+void stateful_draw_mishaps(struct stateful *bench);
+void stateful_may_come(struct stateful *bench, enum controller_fault fault);
+void stateful_press(struct stateful *bench);
 void stateful_heal(struct stateful *bench);
 int64_t stateful_in(struct stateful *bench, int64_t low, int64_t high);
 bool stateful_one_in(struct stateful *bench, int64_t n);
@@ -359,11 +419,25 @@ int stateful_repeat(struct stateful *bench, int64_t times, bool is_ping_pong);
 void stateful_play_step(struct stateful *bench);
 void stateful_draw_play(struct stateful *bench);
 
-/* stateful_judge.c, after every tick; stateful_stop.c, stateful_home.c */
+/* stateful_read.c.  Draw: what is started next is read while it is played.
+ * Begin: the windows, in the place of tracks that are there.  Begun: these are
+ * played, and may not be read in time.  Step: after a
+ * tick, they are moved on.  Track: the whole of what an axis plays, or NULL. */
+void stateful_draw_reader(struct stateful *bench);
+void stateful_read_begin(struct stateful *bench,
+                         const struct motion_track *track[]);
+void stateful_read_begun(struct stateful *bench);
+void stateful_read_step(struct stateful *bench);
+const struct motion_track *stateful_track(const struct stateful *bench,
+                                          unsigned i);
+
+/* stateful_judge.c, after every tick; stateful_fault.c, stateful_stop.c,
+ * stateful_home.c */
 void stateful_judge_before(struct stateful *bench);
 void stateful_judge_after(struct stateful *bench);
 void stateful_judge_stop(struct stateful *bench);
 void stateful_judge_homing(struct stateful *bench);
+void stateful_judge_faults(struct stateful *bench);
 /* stateful_goal.c.  Rest: how long it takes at most after a stop; rise: by how
  * much it may get faster until a halt has come through. */
 void stateful_judge_goals(struct stateful *bench);

@@ -313,7 +313,7 @@ static void axis_walk(struct stateful_axis *axis)
 }
 
 /* The set point that was given two periods ago. */
-static int64_t axis_demand_q32(const struct stateful_axis *axis)
+int64_t stateful_axis_demand_q32(const struct stateful_axis *axis)
 {
     for (unsigned i = 0; i < axis->given_count; i++)
         if (axis->given[i].t_ns <= axis->now_ns - 2 * axis->period_ns)
@@ -323,6 +323,12 @@ static int64_t axis_demand_q32(const struct stateful_axis *axis)
                : axis->given[STATEFUL_GIVEN - 1].pos_q32;
 }
 
+static void axis_run_away(struct stateful_axis *axis, double dt)
+{
+    axis->vel += axis->runaway * dt;
+    axis->pos_q32 += stateful_q32(axis->vel * dt);
+}
+
 /* It gives way under its load with a time constant of five milliseconds. */
 static void axis_follow(struct stateful_axis *axis, double dt)
 {
@@ -330,7 +336,7 @@ static void axis_follow(struct stateful_axis *axis, double dt)
     const double share = 1 - exp(-dt / 5e-3);
     axis->sag_q32 +=
         (int64_t)(share * (double)(axis->droop_q32 - axis->sag_q32));
-    axis->pos_q32 = axis_demand_q32(axis) + axis->sag_q32;
+    axis->pos_q32 = stateful_axis_demand_q32(axis) + axis->sag_q32;
     axis->vel = stateful_unit(axis->pos_q32 - before_q32) / dt;
 }
 
@@ -358,7 +364,9 @@ void stateful_axis_advance(struct stateful_axis *axis)
     axis_change_mode(axis);
     if (axis->state != HAL_DRIVE_ENABLED)
         axis->home_ticks = 0;
-    if (stateful_axis_follows(axis))
+    if (stateful_axis_follows(axis) && axis->runaway != 0)
+        axis_run_away(axis, dt);
+    else if (stateful_axis_follows(axis))
         axis_follow(axis, dt);
     else
         axis_by_profile(axis, dt);
@@ -385,5 +393,6 @@ void stateful_axis_sync(struct stateful_axis *axis)
     axis->profile.seen_arrived = axis->profile.arrived;
     axis->seen.pos_q32 = axis->pos_q32 + axis->slip_q32;
     axis->seen.vel_q32 = stateful_q32(axis->vel);
+    axis->seen.demand_q32 = stateful_axis_demand_q32(axis);
     axis->seen.t_ns = axis->now_ns;
 }

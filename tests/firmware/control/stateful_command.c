@@ -51,11 +51,14 @@ int stateful_start(struct stateful *bench, uint32_t axes)
         if ((axes >> i & 1) != 0)
             track[i] = &bench->track[bench->spare][i];
     const enum controller_state was = bench->controller.state;
+    if (bench->reader[bench->spare].is_on)
+        stateful_read_begin(bench, track);
     give_goals(bench, axes);
     const int err = controller_start(&bench->controller, track, NULL);
     stateful_note(bench, "start%s %#" PRIx32, err < 0 ? "!" : "", axes);
     if (err < 0)
         return err;
+    stateful_read_begun(bench);
     bench->spare = 1 - bench->spare;
     stateful_motion_begins(bench, STATEFUL_MOVE, was);
     return err;
@@ -162,8 +165,11 @@ int stateful_reset(struct stateful *bench)
 {
     const int err = controller_reset(&bench->controller);
     stateful_note(bench, "reset%s", err < 0 ? "!" : "");
-    if (err == MOTION_OK)
-        bench->judge.reset_requested = true;
+    if (err < 0)
+        return err;
+    bench->judge.reset_requested = true;
+    if (bench->judge.pressed.is_active || bench->judge.pressed.is_unproved)
+        stateful_violate(bench, STATEFUL_RESET, -1, "the e-stop's");
     return err;
 }
 

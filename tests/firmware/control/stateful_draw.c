@@ -19,6 +19,7 @@ static void draw_start(struct stateful *bench)
     for (unsigned i = 0; i < bench->axes; i++)
         if ((axes >> i & 1) != 0 && !stateful_draw_track(bench, i))
             axes &= ~((uint32_t)1 << i);
+    stateful_draw_reader(bench);
     (void)stateful_start(bench, axes);
 }
 
@@ -91,6 +92,8 @@ static void draw_reset(struct stateful *bench)
 {
     if (stateful_one_in(bench, 2))
         stateful_heal(bench);
+    if (bench->judge.pressed.is_unproved && stateful_one_in(bench, 2))
+        stateful_press(bench);
     (void)stateful_reset(bench);
 }
 
@@ -243,125 +246,6 @@ static void draw_command(struct stateful *bench)
         draw_anything(bench);
 }
 
-/* --- mishaps -------------------------------------------------------------- */
-
-static void may_come(struct stateful *bench, enum controller_fault fault)
-{
-    bench->judge.causes |= (uint32_t)1 << fault;
-}
-
-static void break_drive(struct stateful *bench)
-{
-    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
-    struct stateful_axis *axis = &bench->axis[i];
-    axis->ill = stateful_one_in(bench, 2);
-    axis->state = HAL_DRIVE_FAULT;
-    may_come(bench, CONTROLLER_FAULT_DRIVE);
-    stateful_note(bench, "(drive %u: fault)", i);
-}
-
-static void drop_drive(struct stateful *bench)
-{
-    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
-    struct stateful_axis *axis = &bench->axis[i];
-    axis->away = true;
-    axis->state = HAL_DRIVE_OFFLINE;
-    may_come(bench, CONTROLLER_FAULT_OFFLINE);
-    stateful_note(bench, "(drive %u: gone)", i);
-}
-
-static void leave_operation(struct stateful *bench)
-{
-    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
-    struct stateful_axis *axis = &bench->axis[i];
-    if (axis->state != HAL_DRIVE_ENABLED)
-        return;
-    axis->state =
-        stateful_one_in(bench, 2) ? HAL_DRIVE_OFF : HAL_DRIVE_QUICK_STOP;
-    axis->request = HAL_DRIVE_REQUEST_OFF;
-    axis->wait = axis->off_ticks;
-    may_come(bench, CONTROLLER_FAULT_STATE);
-    stateful_note(bench, "(drive %u: leaves)", i);
-}
-
-static void go_stale(struct stateful *bench)
-{
-    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
-    bench->axis[i].stale_ticks = (int)stateful_in(bench, 1, 8);
-    may_come(bench, CONTROLLER_FAULT_STALE);
-    stateful_note(bench, "(drive %u: stale)", i);
-}
-
-static void slip(struct stateful *bench)
-{
-    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
-    bench->axis[i].slip_q32 += stateful_q32(stateful_between(bench, -3, 3));
-    may_come(bench, CONTROLLER_FAULT_FOLLOWING);
-    stateful_note(bench, "(drive %u: slips)", i);
-}
-
-static void press_estop(struct stateful *bench)
-{
-    bench->estop.active = true;
-    bench->estop_ticks = (int)stateful_in(bench, 1, 50);
-    may_come(bench, CONTROLLER_FAULT_ESTOP);
-    stateful_note(bench, "(e-stop)");
-}
-
-static void break_bus(struct stateful *bench)
-{
-    static const struct {
-        enum hal_fieldbus_health health;
-        enum controller_fault fault;
-    } row[] = { { HAL_FIELDBUS_FOREIGN, CONTROLLER_FAULT_MASTER },
-                { HAL_FIELDBUS_PASSIVE, CONTROLLER_FAULT_BUS_PASSIVE },
-                { HAL_FIELDBUS_FULL, CONTROLLER_FAULT_BUS_FULL },
-                { HAL_FIELDBUS_DOWN, CONTROLLER_FAULT_BUS } };
-    const int64_t k = stateful_in(bench, 0, ARRAY_LEN(row) - 1);
-    bench->bus.health = row[k].health;
-    bench->bus_ticks = (int)stateful_in(bench, 1, 5);
-    may_come(bench, row[k].fault);
-    stateful_note(bench, "(bus %d)", (int)bench->bus.health);
-}
-
-static void lose_ticks(struct stateful *bench)
-{
-    bench->lost =
-        (int)stateful_in(bench, 1, stateful_one_in(bench, 5) ? 100 : 8);
-    may_come(bench, CONTROLLER_FAULT_OVERRUN);
-    stateful_note(bench, "(%d ticks lost)", bench->lost);
-}
-
-static void draw_mishap(struct stateful *bench)
-{
-    static void (*const mishap[])(struct stateful *) = {
-        break_drive, drop_drive,  leave_operation, go_stale,
-        slip,        press_estop, press_estop,     break_bus
-    };
-    if (stateful_one_in(bench, 900))
-        mishap[stateful_in(bench, 0, ARRAY_LEN(mishap) - 1)](bench);
-    if (stateful_one_in(bench, 400))
-        lose_ticks(bench);
-}
-
-void stateful_heal(struct stateful *bench)
-{
-    bench->estop.active = false;
-    bench->bus.health = HAL_FIELDBUS_GOOD;
-    for (unsigned i = 0; i < bench->axes; i++)
-        bench->axis[i].ill = bench->axis[i].away = false;
-}
-
-static void draw_heal(struct stateful *bench)
-{
-    if (bench->estop_ticks > 0 && --bench->estop_ticks == 0)
-        bench->estop.active = false;
-    if (bench->bus_ticks > 0 && --bench->bus_ticks == 0)
-        bench->bus.health = HAL_FIELDBUS_GOOD;
-    if (stateful_one_in(bench, 100))
-        stateful_heal(bench);
-}
-
 /* --- together -------------------------------------------------------------- */
 
 /* Something began: a stop within three ticks, often. */
@@ -387,8 +271,7 @@ static void draw_burst(struct stateful *bench)
 void stateful_draw_commands(struct stateful *bench)
 {
     const enum homing_state homing = bench->judge.homing.state;
-    draw_heal(bench);
-    draw_mishap(bench);
+    stateful_draw_mishaps(bench);
     draw_burst(bench);
     const bool leg = has_begun(bench, homing);
     draw_command(bench);

@@ -208,13 +208,13 @@ static void judge_path(struct stateful *bench, unsigned i)
 {
     const struct controller *controller = &bench->controller;
     const struct controller_axis *axis = &controller->axis[i];
+    const struct motion_track *track = stateful_track(bench, i);
     struct motion_cursor cursor = { 0 };
     struct motion_sample sample;
-    if (bench->judge.motion != STATEFUL_MOVE || axis->track == NULL ||
+    if (bench->judge.motion != STATEFUL_MOVE || track == NULL ||
         !bench->axis[i].told || !stateful_in_motion(bench->judge.before))
         return;
-    motion_track_sample(axis->track, &cursor, controller->rate.s_ns_q12,
-                        &sample);
+    motion_track_sample(track, &cursor, controller->rate.s_ns_q12, &sample);
     if (bench->axis[i].told_q32 + axis->offset_q32 != sample.pos_q32)
         stateful_violate(
             bench, STATEFUL_PATH, (int)i, "%.9f, track %.9f",
@@ -317,121 +317,6 @@ static void judge_torque(struct stateful *bench)
     }
 }
 
-static bool switch_is_active(const struct stateful *bench)
-{
-    for (unsigned i = 0; i < bench->axes; i++)
-        if (stateful_axis_switch(&bench->axis[i], STATEFUL_NEGATIVE) ||
-            stateful_axis_switch(&bench->axis[i], STATEFUL_POSITIVE))
-            return true;
-    return false;
-}
-
-static bool all_are_up(const struct stateful *bench)
-{
-    for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->axis[i].state != HAL_DRIVE_ENABLED ||
-            (bench->axis_config[i].by_goals &&
-             bench->axis[i].mode != HAL_DRIVE_PROFILE_POSITION))
-            return false;
-    return true;
-}
-
-/* Homing that fails stops its axis as a stop does. */
-static bool homing_stops_without_halt(const struct stateful *bench)
-{
-    const unsigned i = bench->homing.axis;
-    return bench->judge.homed_before && bench->axis_config[i].by_goals &&
-           !bench->axis[i].profile.halts;
-}
-
-/* A jog that was stopped is on its way to rest, also when it is then held and
- * resumed. */
-static bool jog_stops_without_halt(const struct stateful *bench)
-{
-    for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->axis_config[i].by_goals && !bench->axis[i].profile.halts &&
-            bench->controller.axis[i].leg.stops)
-            return true;
-    return false;
-}
-
-/* A drive is bad, or was disturbed. */
-static bool goes_badly(const struct stateful *bench)
-{
-    const uint32_t disturbed = (uint32_t)1 << CONTROLLER_FAULT_FOLLOWING |
-                               (uint32_t)1 << CONTROLLER_FAULT_STALE;
-    for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->axis_config[i].by_goals && bench->axis[i].profile.is_bad)
-            return true;
-    return (bench->judge.causes & disturbed) != 0;
-}
-
-static bool has_cause(const struct stateful *bench, enum controller_fault fault)
-{
-    if (fault == CONTROLLER_FAULT_LIMIT_SWITCH)
-        return switch_is_active(bench);
-    if (fault == CONTROLLER_FAULT_ENABLE)
-        return !all_are_up(bench);
-    if (fault == CONTROLLER_FAULT_ARRIVAL)
-        return goes_badly(bench);
-    if (fault == CONTROLLER_FAULT_FOLLOWING &&
-        bench->axis[bench->controller.fault.axis].pressed != 0)
-        return true;
-    if (fault == CONTROLLER_FAULT_REST) /* that is what a bound is for */
-        return bench->judge.stop.kind != STATEFUL_GOES ||
-               homing_stops_without_halt(bench) ||
-               jog_stops_without_halt(bench);
-    return (bench->judge.causes >> fault & 1) != 0;
-}
-
-static bool is_healthy(const struct stateful *bench)
-{
-    for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->axis[i].ill || bench->axis[i].away ||
-            bench->axis[i].slip_q32 != 0 || bench->axis[i].stale_ticks > 0)
-            return false;
-    return !bench->estop.active && bench->bus.health == HAL_FIELDBUS_GOOD;
-}
-
-static void fault_comes(struct stateful *bench, enum controller_fault fault)
-{
-    bench->tally.fault[fault]++;
-    bench->judge.reset_requested = false;
-    stateful_stop_requested(bench, STATEFUL_FAULT_STOP);
-}
-
-static void judge_faults(struct stateful *bench)
-{
-    const struct controller *controller = &bench->controller;
-    struct stateful_judge *judge = &bench->judge;
-    const struct controller_fault_record *now = &controller->fault;
-    if (judge->fault.fault == CONTROLLER_FAULT_NONE) {
-        if (now->fault != CONTROLLER_FAULT_NONE &&
-            !has_cause(bench, now->fault))
-            stateful_violate(
-                bench, STATEFUL_SPURIOUS, now->axis, "%s: %.9f over %.9f",
-                controller_fault_text(now->fault), stateful_unit(now->value),
-                stateful_unit(now->limit));
-        if (now->fault != CONTROLLER_FAULT_NONE)
-            fault_comes(bench, now->fault);
-    } else if (now->fault == CONTROLLER_FAULT_NONE) {
-        if (controller->state != CONTROLLER_OFF || !judge->reset_requested)
-            stateful_violate(bench, STATEFUL_LATCH, -1, "%s",
-                             controller_state_text(controller->state));
-        judge->causes = is_healthy(bench) ? 0 : judge->causes;
-    } else if (now->fault != judge->fault.fault ||
-               now->t_ns != judge->fault.t_ns) {
-        stateful_violate(bench, STATEFUL_LATCH, now->axis, "another: %s",
-                         controller_fault_text(now->fault));
-    }
-    if (judge->before == CONTROLLER_FAULT &&
-        controller->state != CONTROLLER_FAULT &&
-        controller->state != CONTROLLER_OFF)
-        stateful_violate(bench, STATEFUL_LATCH, -1, "%s",
-                         controller_state_text(controller->state));
-    judge->fault = *now;
-}
-
 void stateful_judge_before(struct stateful *bench)
 {
     bench->judge.before = bench->controller.state;
@@ -446,7 +331,7 @@ void stateful_judge_after(struct stateful *bench)
         judge_axis(bench, i);
     judge_direction(bench);
     stateful_judge_goals(bench);
-    judge_faults(bench);
+    stateful_judge_faults(bench);
     judge_torque(bench);
     stateful_judge_homing(bench);
     stateful_judge_stop(bench);

@@ -250,6 +250,11 @@ static void rig_axis(struct stateful *bench, unsigned i)
     rig_homing(bench, i, offset_q32);
 }
 
+bool stateful_is_wide(const struct stateful *bench)
+{
+    return bench->first_seed % 5 < 3;
+}
+
 void stateful_draw_rig(struct stateful *bench)
 {
     static const int64_t period_us[] = { 500, 1000, 1000, 1000, 2000, 4000 };
@@ -265,4 +270,9 @@ void stateful_draw_rig(struct stateful *bench)
     };
     for (unsigned i = 0; i < bench->axes; i++)
         rig_axis(bench, i);
+    bench->estop.channels = 1;
+    if (!stateful_is_wide(bench) || stateful_one_in(bench, 3))
+        return;
+    bench->estop.channels = 2;
+    bench->estop.discrepancy_ns = stateful_in(bench, 1, 50) * MS;
 }

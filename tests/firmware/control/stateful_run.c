@@ -126,7 +126,8 @@ static void run_tally(struct stateful *bench)
 static void begin_lines(struct stateful *bench,
                         struct controller_switches switches[])
 {
-    bench->estop.gpio.ops = &stateful_line_ops;
+    for (int channel = 0; channel < STATEFUL_CHANNELS; channel++)
+        bench->estop.line[channel].gpio.ops = &stateful_line_ops;
     for (unsigned i = 0; i < bench->axes; i++) {
         struct stateful_line *line = bench->line[i];
         const struct stateful_zone *zone = bench->axis[i].zone;
@@ -148,8 +149,13 @@ void stateful_begin(struct stateful *bench)
 {
     struct hal_drive *drive[STATEFUL_AXES];
     struct controller_switches switches[STATEFUL_AXES] = { { .home = NULL } };
-    const struct controller_inputs inputs = { .estop = { &bench->estop.gpio },
-                                              .axis = switches };
+    const struct controller_inputs inputs = {
+        .estop = { &bench->estop.line[0].gpio, bench->estop.channels > 1
+                                                   ? &bench->estop.line[1].gpio
+                                                   : NULL },
+        .discrepancy_ns = bench->estop.discrepancy_ns,
+        .axis = switches,
+    };
     bench->config.axis = bench->axis_config;
     bench->period_ns = bench->config.period_ns;
     bench->now_ns = START_NS;
@@ -193,6 +199,7 @@ void stateful_tick(struct stateful *bench)
     homing_step(&bench->homing);
     stateful_judge_after(bench);
     stateful_play_step(bench);
+    stateful_read_step(bench);
     for (unsigned i = 0; i < bench->axes; i++)
         stateful_axis_sync(&bench->axis[i]);
     run_tally(bench);
@@ -216,6 +223,10 @@ static void run_off(struct stateful *bench)
             break;
         if (bench->controller.state == CONTROLLER_READY && n > 10)
             (void)stateful_off(bench);
+        if (bench->judge.pressed.is_unproved && n % 50 == 20)
+            stateful_press(bench);
+        if (n % 50 == 30)
+            stateful_heal(bench);
         if (bench->controller.state == CONTROLLER_FAULT && n % 50 == 0)
             (void)stateful_reset(bench);
         stateful_tick(bench);

@@ -60,7 +60,7 @@ static double stop_yardstick(const struct stateful *bench,
 {
     double longest = 0;
     for (unsigned i = 0; i < bench->axes; i++) {
-        const struct motion_track *track = bench->controller.axis[i].track;
+        const struct motion_track *track = stateful_track(bench, i);
         const struct motion_clock_limit *limit = stop_limit(bench, i, kind);
         if (track == NULL)
             continue;
@@ -82,7 +82,7 @@ static double steepest(const struct stateful *bench,
 {
     double jerk = accel / ((double)bench->period_ns / 1e9);
     for (unsigned i = 0; i < bench->axes; i++) {
-        const struct motion_track *track = bench->controller.axis[i].track;
+        const struct motion_track *track = stateful_track(bench, i);
         const int64_t most = stop_limit(bench, i, kind)->jerk_q32;
         struct motion_state f;
         if (track == NULL || most == 0)

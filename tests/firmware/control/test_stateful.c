@@ -34,6 +34,8 @@ static void print_tally(const struct stateful_tally *tally)
     for (int k = 1; k <= CONTROLLER_FAULT_RUNAWAY; k++)
         printf("  %8" PRIu64 " times: %s\n", tally->fault[k],
                controller_fault_text((enum controller_fault)k));
+    printf("  %8" PRIu64 " times torque off, as an axis ran away\n",
+           tally->away);
     printf("  %8" PRIu64 " goals sent\n", tally->goals);
     printf("  %8" PRIu64 " ticks in reverse\n", tally->reversed);
     printf("  %8" PRIu64 " times played again\n", tally->repeated);
@@ -51,9 +53,10 @@ static void expect_everywhere(const struct stateful_tally *tally)
         assert_true(tally->homing[k] > 0);
     assert_true(tally->goals > 0);
     assert_true(tally->reversed > 0 && tally->repeated > 0 && tally->cued > 0);
-    for (int k = 1; k < CONTROLLER_FAULT_REST; k++)
-        if (k != CONTROLLER_FAULT_GATE)
+    for (int k = 1; k < CONTROLLER_FAULT_RUNAWAY; k++)
+        if (k != CONTROLLER_FAULT_GATE) /* nothing comes so far */
             assert_true(tally->fault[k] > 0);
+    assert_true(tally->away > 0); /* its following error comes before */
 }
 
 static void nothing_happens_that_must_not(void **state)

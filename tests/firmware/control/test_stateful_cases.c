@@ -312,7 +312,7 @@ static void request(enum request which)
     else if (which == REQUEST_STOP)
         stateful_stop(&bench);
     else
-        bench.estop.active = true;
+        bench.estop.line[0].active = true;
 }
 
 /* Without a limit of jerk, where nothing but some ticks is unavoidable. */
