@@ -133,6 +133,7 @@ struct stateful_axis {
     bool ill, away;  /* a fault that stays; not on the bus */
     int stale_ticks; /* feedback stands still */
     double runaway;  /* unit/s2, whatever it is told; 0: it follows */
+    double lag_s;    /* something holds it back: comes after so long; 0: none */
     int64_t slip_q32;
     int64_t now_ns;
     int64_t pos_q32, sag_q32; /* of the axis; what the load takes of it */

@@ -337,6 +337,10 @@ static void axis_follow(struct stateful_axis *axis, double dt)
     axis->sag_q32 +=
         (int64_t)(share * (double)(axis->droop_q32 - axis->sag_q32));
     axis->pos_q32 = stateful_axis_demand_q32(axis) + axis->sag_q32;
+    if (axis->lag_s > 0)
+        axis->pos_q32 =
+            before_q32 + (int64_t)((1 - exp(-dt / axis->lag_s)) *
+                                   (double)(axis->pos_q32 - before_q32));
     axis->vel = stateful_unit(axis->pos_q32 - before_q32) / dt;
 }
 

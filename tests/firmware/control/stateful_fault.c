@@ -82,7 +82,7 @@ static bool is_healthy(const struct stateful *bench)
     for (unsigned i = 0; i < bench->axes; i++)
         if (bench->axis[i].ill || bench->axis[i].away ||
             bench->axis[i].slip_q32 != 0 || bench->axis[i].stale_ticks > 0 ||
-            bench->axis[i].runaway != 0)
+            bench->axis[i].runaway != 0 || bench->axis[i].lag_s > 0)
             return false;
     return bench->bus.health == HAL_FIELDBUS_GOOD;
 }

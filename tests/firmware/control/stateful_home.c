@@ -9,7 +9,7 @@
 
 #include "tests/firmware/control/stateful.h"
 
-#define SPARE_NS INT64_C(500000000)
+#define SPARE_NS INT64_C(150000000)
 
 /* Acceleration goes to zero by jerk first; then rest by constant deceleration
  * with jerk at both ends, as long as that reaches the limit: v/2 (v/a + a/j),
@@ -145,12 +145,12 @@ static void judge_distance(struct stateful *bench)
 static int64_t turn_bound_ns(const struct stateful *bench, unsigned i)
 {
     const struct motion_clock_limit *limit = &bench->axis_config[i].stop;
-    const double vel = stateful_unit(bench->axis_config[i].limit.vel_q32);
+    const double vel = stateful_unit(bench->home[i].fast_q32);
     const double acc = (double)limit->acc_q32 / 0x1p32;
     const double jerk = (double)limit->jerk_q32 / 0x1p32;
     const double yardstick =
         fmax(1.5 * vel / acc, jerk > 0 ? sqrt(6 * vel / jerk) : 0);
-    return bench->home[i].timeout_ns + SPARE_NS + (int64_t)(3e9 * yardstick) +
+    return bench->home[i].timeout_ns + SPARE_NS + (int64_t)(1.5e9 * yardstick) +
            stateful_goal_turn_ns(bench, i);
 }
 
@@ -162,6 +162,17 @@ static void judge_turn(struct stateful *bench)
         stateful_violate(bench, STATEFUL_TIMEOUT, (int)homing->axis,
                          "%.3f s, allowed %.3f s, %s", (double)took_ns / 1e9,
                          (double)bench->home[homing->axis].timeout_ns / 1e9,
+                         homing_state_text(bench->homing.state));
+}
+
+/* Whatever ends torque ends it. */
+static void judge_over(struct stateful *bench)
+{
+    const enum controller_state state = bench->controller.state;
+    if ((state == CONTROLLER_OFF || state == CONTROLLER_FAULT) &&
+        state == bench->judge.before)
+        stateful_violate(bench, STATEFUL_TIMEOUT, (int)bench->homing.axis,
+                         "in %s, %s", controller_state_text(state),
                          homing_state_text(bench->homing.state));
 }
 
@@ -191,6 +202,7 @@ void stateful_judge_homing(struct stateful *bench)
         bench->judge.homing = (struct stateful_homing){ 0 };
         return;
     }
+    judge_over(bench);
     if (bench->judge.homing.turn_ns != 0) {
         judge_homing_switches(bench);
         judge_distance(bench);

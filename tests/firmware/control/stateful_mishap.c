@@ -124,13 +124,22 @@ static void run_away(struct stateful *bench)
     stateful_note(bench, "(drive %u: runs away)", i);
 }
 
+static void hold_back(struct stateful *bench)
+{
+    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    bench->axis[i].lag_s = stateful_between(bench, 0.005, 0.5);
+    stateful_may_come(bench, CONTROLLER_FAULT_FOLLOWING);
+    stateful_note(bench, "(drive %u: held back)", i);
+}
+
 static void draw_mishap(struct stateful *bench)
 {
     static void (*const mishap[])(struct stateful *) = {
         break_drive, drop_drive,  leave_operation, go_stale, slip,
-        press_estop, press_estop, break_bus,       run_away
+        press_estop, press_estop, break_bus,       run_away, hold_back
     };
-    const size_t count = ARRAY_LEN(mishap) - !stateful_is_wide(bench);
+    const size_t count =
+        stateful_is_wide(bench) ? ARRAY_LEN(mishap) : ARRAY_LEN(mishap) - 2;
     if (stateful_one_in(bench, 900))
         mishap[stateful_in(bench, 0, (int64_t)count - 1)](bench);
     if (stateful_one_in(bench, 400))
@@ -147,8 +156,8 @@ void stateful_heal(struct stateful *bench)
     bench->bus.health = HAL_FIELDBUS_GOOD;
     for (unsigned i = 0; i < bench->axes; i++) {
         bench->axis[i].ill = bench->axis[i].away = false;
-        if (!stateful_axis_has_torque(&bench->axis[i]))
-            bench->axis[i].runaway = 0; /* once it stands */
+        if (!stateful_axis_has_torque(&bench->axis[i])) /* once it stands */
+            bench->axis[i].runaway = bench->axis[i].lag_s = 0;
     }
 }
 

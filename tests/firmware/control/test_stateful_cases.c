@@ -179,6 +179,26 @@ static void homing_under_an_override_heeds_switches_and_stops(void **state)
     }
 }
 
+/* The switch comes while it slows down within the limits, and the stop limits
+ * are twice as large. */
+static void homing_that_is_held_heeds_switches(void **state)
+{
+    (void)state;
+    for (int at = 1180; at < 1500; at += 4) {
+        lay(1, 400 * UNIT);
+        enable();
+        assert_int_equal(stateful_homing(&bench, 1), MOTION_OK);
+        run(at);
+        (void)stateful_hold(&bench);
+        run(2000);
+        (void)stateful_resume(&bench);
+        run(3000);
+        stateful_stop(&bench);
+        run(3000);
+        in_state(CONTROLLER_READY);
+    }
+}
+
 /* --- the dead man ---------------------------------------------------------- */
 
 static void a_jog_ends_with_its_time_whatever_the_clock_does(void **state)
@@ -315,15 +335,16 @@ static void request(enum request which)
         bench.estop.line[0].active = true;
 }
 
-/* Without a limit of jerk, where nothing but some ticks is unavoidable. */
+/* Without a limit of jerk nothing but some ticks is unavoidable. */
 static void no_stop_goes_faster_first(void **state)
 {
     (void)state;
     for (enum request which = 0; which < ASKS; which++)
         for (int at = 1; at < 900; at += 23) {
             lay(1, 100 * UNIT);
-            bench.axis_config[0].limit.jerk_q32 = 0;
-            bench.axis_config[0].stop.jerk_q32 = 0;
+            if (at % 2 == 0)
+                bench.axis_config[0].limit.jerk_q32 =
+                    bench.axis_config[0].stop.jerk_q32 = 0;
             enable();
             assert_int_equal(
                 stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30 / 10),
@@ -337,6 +358,46 @@ static void no_stop_goes_faster_first(void **state)
             request(which);
             run(4000);
         }
+}
+
+/* --- rest is due ------------------------------------------------------------- */
+
+/* The bound of a request is over, whatever keeps the axes from resting. */
+static void is_braked_by_its_drives(void)
+{
+    struct controller *c = &bench.controller;
+    assert_int_not_equal(c->rest_by_ns, 0);
+    c->rest_by_ns = c->clock_ns + 5 * MS;
+    run(5);
+    assert_int_equal(c->fault.fault, CONTROLLER_FAULT_NONE);
+    run(1);
+    assert_int_equal(c->fault.fault, CONTROLLER_FAULT_REST);
+    assert_int_equal(c->reaction, CONTROLLER_REACT_QUICK);
+    assert_int_equal(bench.axis[0].request, HAL_DRIVE_REQUEST_QUICK_STOP);
+    run(3000);
+    in_state(CONTROLLER_FAULT);
+    assert_false(stateful_axis_has_torque(&bench.axis[0]));
+}
+
+static void what_does_not_rest_in_time_is_braked_by_its_drives(void **state)
+{
+    (void)state;
+    for (enum request which = REQUEST_HOLD; which < REQUEST_ESTOP; which++) {
+        lay(1, 100 * UNIT);
+        bench.config.stop_timeout_ns = 2000 * MS;
+        enable();
+        start_ease(1900 * UNIT);
+        run(2000);
+        request(which);
+        is_braked_by_its_drives();
+        lay(1, 1500 * UNIT);
+        bench.config.stop_timeout_ns = 2000 * MS;
+        enable();
+        assert_int_equal(stateful_homing(&bench, 1), MOTION_OK);
+        run(1000);
+        request(which);
+        is_braked_by_its_drives();
+    }
 }
 
 /* --- outside the range -------------------------------------------------------- */
@@ -765,6 +826,7 @@ int main(void)
         cmocka_unit_test(a_stop_in_the_tick_homing_begins_stops_it),
         cmocka_unit_test(a_stop_after_any_change_of_homing_stops_it),
         cmocka_unit_test(homing_under_an_override_heeds_switches_and_stops),
+        cmocka_unit_test(homing_that_is_held_heeds_switches),
         cmocka_unit_test(a_jog_ends_with_its_time_whatever_the_clock_does),
         cmocka_unit_test(a_jog_and_a_stop_in_one_tick_are_a_stop),
         cmocka_unit_test(an_axis_that_is_up_first_stays_where_it_is),
@@ -772,6 +834,7 @@ int main(void)
         cmocka_unit_test(drives_are_enabled_from_off_alone),
         cmocka_unit_test(no_set_point_leaps_after_lost_ticks),
         cmocka_unit_test(no_stop_goes_faster_first),
+        cmocka_unit_test(what_does_not_rest_in_time_is_braked_by_its_drives),
         cmocka_unit_test(an_axis_just_outside_its_range_is_moved_back),
         cmocka_unit_test(a_hold_on_a_jog_that_turns_trips_nothing),
         cmocka_unit_test(a_stop_of_a_jog_that_turns_at_its_end_stops_it),
