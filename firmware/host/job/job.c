@@ -94,14 +94,15 @@ static enum status job_fail(struct job *job, const char *what)
 static void job_say_unsupervised(const char *path, const struct rig *rig,
                                  struct messages *messages)
 {
-    for (uint32_t i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].kind == RIG_CIA402 && rig->axis[i].unsupervised)
-            messages_add(
-                messages, MESSAGE_WARNING,
-                "%s: %s is unsupervised: where its drive lacks 0x1016, "
-                "0x6007 or 0x6066, nothing but its torque-off input stops "
-                "it when slew is silent",
-                path, rig->axis[i].name);
+    for (uint32_t i = 0; i < rig->axis_count; i++) {
+        const struct rig_axis *axis = &rig->axis[i];
+        const struct rig_kind *kind = rig_kinds[axis->kind];
+        const char *what =
+            kind->unsupervised ? kind->unsupervised(rig, axis) : NULL;
+        if (what != NULL)
+            messages_add(messages, MESSAGE_WARNING,
+                         "%s: %s is unsupervised: %s", path, axis->name, what);
+    }
 }
 
 /* A register map that is partly a guess is said, too. */

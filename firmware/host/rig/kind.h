@@ -62,6 +62,10 @@ struct rig_kind {
      * to judge. */
     int (*judge_rig)(const struct yaml_value *value, const struct rig *rig,
                      unsigned index);
+    /* What slew leaves to its torque-off input, as the rig file lets it: a
+     * sentence, or NULL where it stops by itself.  NULL: it always does. */
+    const char *(*unsupervised)(const struct rig *rig,
+                                const struct rig_axis *axis);
     const char *cannot_home;     /* "a drive, which ..."; NULL: it can */
     const char *homes_as_set_up; /* so that neither slow nor method is for it:
                                     "a drive, which ..."; NULL: it is told */

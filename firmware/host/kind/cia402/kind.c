@@ -103,6 +103,16 @@ static int cia402_judge_homing(const struct rig_reader *reader,
     return 0;
 }
 
+static const char *cia402_unsupervised(const struct rig *rig,
+                                       const struct rig_axis *axis)
+{
+    (void)rig;
+    return axis->unsupervised
+               ? "where its drive lacks 0x1016, 0x6007 or 0x6066, nothing but "
+                 "its torque-off input stops it when slew is silent"
+               : NULL;
+}
+
 const struct rig_kind rig_kind_cia402 = {
     .has_heartbeat = true,
     .code_max = UINT16_MAX,
@@ -110,6 +120,7 @@ const struct rig_kind rig_kind_cia402 = {
     .read = cia402_read,
     .judge_axis = cia402_judge_axis,
     .judge_homing = cia402_judge_homing,
+    .unsupervised = cia402_unsupervised,
     .has_methods = true,
     .has_inputs = true,
     .reports_torque = true,

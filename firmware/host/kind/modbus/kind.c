@@ -170,11 +170,23 @@ static int modbus_judge_homing(const struct rig_reader *reader,
     return 0;
 }
 
+/* A register map with a watchdog has it written and read back all the same. */
+static const char *modbus_unsupervised(const struct rig *rig,
+                                       const struct rig_axis *axis)
+{
+    return rig->map[axis->map].watchdog_ns == 0
+               ? "its register map has no watchdog: when its line is dead or "
+                 "slew is silent the drive goes on to its last set point, and "
+                 "nothing but its torque-off input takes its torque"
+               : NULL;
+}
+
 const struct rig_kind rig_kind_modbus = {
     .code_max = UINT16_MAX,
     .is_for = modbus_is_for,
     .read = modbus_read,
     .judge_axis = modbus_judge_axis,
     .judge_homing = modbus_judge_homing,
+    .unsupervised = modbus_unsupervised,
     .has_map = true,
 };

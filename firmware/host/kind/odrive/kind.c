@@ -116,12 +116,24 @@ static int odrive_judge_homing(const struct rig_reader *reader,
     return 0;
 }
 
+static const char *odrive_unsupervised(const struct rig *rig,
+                                       const struct rig_axis *axis)
+{
+    (void)rig;
+    return axis->watchdog_timeout == 0
+               ? "without endpoints slew does not set its watchdog: unless you "
+                 "have set axis0.config.enable_watchdog and watchdog_timeout, "
+                 "nothing but its torque-off input stops it when slew is silent"
+               : NULL;
+}
+
 const struct rig_kind rig_kind_odrive = {
     .has_heartbeat = true,
     .code_max = UINT32_MAX,
     .is_for = odrive_is_for,
     .read = odrive_read,
     .judge_homing = odrive_judge_homing,
+    .unsupervised = odrive_unsupervised,
     .homes_as_set_up = "an odrive, which is set up for homing by odrivetool",
     .frames = odrive_frames,
     .expect = odrive_expect,

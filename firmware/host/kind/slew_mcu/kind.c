@@ -217,11 +217,25 @@ static int slew_mcu_judge_rig(const struct yaml_value *value,
     return 0;
 }
 
+/* The board watches the PC; who watches the board is the servo's own matter. */
+static const char *slew_mcu_unsupervised(const struct rig *rig,
+                                         const struct rig_axis *axis)
+{
+    return axis->servo != 0 && rig->map[axis->map].watchdog_ns == 0
+               ? "the register map of its servo has no watchdog: when the "
+                 "board "
+                 "is dead, or its line to the servo, the servo goes on to its "
+                 "last set point, and nothing but its torque-off input takes "
+                 "its torque"
+               : NULL;
+}
+
 const struct rig_kind rig_kind_slew_mcu = {
     .code_max = UINT16_MAX,
     .is_for = slew_mcu_is_for,
     .read = slew_mcu_read,
     .judge_axis = slew_mcu_judge_axis,
+    .unsupervised = slew_mcu_unsupervised,
     .judge_rig = slew_mcu_judge_rig,
     .cannot_home = "a board, whose axes stand where their servos say",
     .samples = true,
