@@ -36,9 +36,9 @@
  * edge is that of the tick that saw it, drawn back to the edge's own time stamp
  * where there is one.
  *
- * A hard stop is where the axis stands for 30 ms with at least `push_permille`
- * of the rated torque while its set point goes on: at `fast` first, then, from
- * `clear` before it, at `slow`.  The position is the axis's, not that of the set
+ * A hard stop is where the axis stands with at least `push_permille` of the
+ * rated torque while its set point goes on by 30 ms of its speed: at `fast`
+ * first, then, from `clear` before it, at `slow`.  The position is the axis's, not that of the set
  * point.  What it presses with at most is the drive's to limit.
  *
  * Anything else is a failure: a switch or stop that does not come within `distance`, a
@@ -172,6 +172,7 @@ struct homing {
     int met_direction; /* in which the switch was met first, and where */
     int64_t met_q32;
     int64_t far_q32, far_ns; /* SLOW_DOWN: the furthest place, and since when */
+    int64_t told_q32;        /* PRESS: the set point when it was at far_q32 */
     int64_t edge_q32;        /* where the switch was met, before the offset */
     int64_t edge_ns;         /* and when */
     int64_t go_q32;          /* GO: where to */

@@ -1,0 +1,181 @@
+/* tests/firmware/control/test_homing_stop.c - homing to a hard stop, on the
+ * simulated machine: from the stop itself, from just before it, from far away;
+ * without a stop; of a load that takes its torque to speed up. */
+#include <stdlib.h>
+
+#include "firmware/host/job/job.h"
+#include "firmware/linux/base/disk.h"
+#include "firmware/linux/machine/kind.h"
+#include "motion/core/fixed.h"
+#include "tests/support/check.h"
+
+#define UNIT MOTION_FIXED_ONE_Q32
+#define UM   (UNIT / 1000)
+
+static struct rig rig;
+static struct machine_sim sim;
+static struct machine machine;
+
+static void tick(void)
+{
+    const int64_t now_ns = sim.world.now_ns + rig.period_ns;
+    sim_world_run(&sim.world, now_ns);
+    machine_tick(&machine, now_ns);
+}
+
+/* One axis of a rig file, the first of it. */
+static void read_axis(const char *path, unsigned axis)
+{
+    char message[YAML_MESSAGE_MAX];
+    if (rig_load(&disk_files, path, &rig, message) < 0)
+        fail_msg("%s", message);
+    rig.axis[0] = rig.axis[axis];
+    rig.axis_count = 1;
+}
+
+static void power_on(void)
+{
+    char message[YAML_MESSAGE_MAX];
+    struct machine_ports ports;
+    if (machine_sim_init(&sim, &rig, false, &ports, message) < 0 ||
+        machine_init(&machine, &rig, &ports, message) < 0)
+        fail_msg("%s", message);
+    tick();
+    assert_int_equal(controller_enable(&machine.controller), MOTION_OK);
+    for (int i = 0; machine.controller.state != CONTROLLER_READY; i++) {
+        assert_true(i < 10000);
+        tick();
+    }
+}
+
+static struct sim_plant *plant(void)
+{
+    return &machine_kinds[rig.axis[0].kind]->sim_servo(&sim, 0)->plant;
+}
+
+/* Of the axis when it met a stop, unit/s. */
+static double met(void)
+{
+    return (double)plant()->met_q24 / (1 << 24) *
+           (double)rig.axis[0].counts_den /
+           (double)llabs(rig.axis[0].counts_num);
+}
+
+static void homes(void)
+{
+    assert_int_equal(homing_start(&machine.homing, 1), MOTION_OK);
+    for (int i = 0; homing_is_running(&machine.homing); i++) {
+        assert_true(i < 200000);
+        tick();
+    }
+    for (int i = 0; i < 200; i++)
+        tick();
+}
+
+/* Where it says that it is, less where it is. */
+static int64_t off_q32(void)
+{
+    return machine.controller.axis[0].feedback.pos_q32 -
+           (machine_sim_pos_q32(&sim, 0) + sim.zero_q32[0]);
+}
+
+static void expect_homed(int64_t from_q32)
+{
+    const struct rig_axis *axis = &rig.axis[0];
+    const int64_t count_q32 = UNIT * axis->counts_den / llabs(axis->counts_num);
+    /* set points are whole counts, of which the servo smooths the most */
+    const double most = (double)axis->homing.fast_q32 / (double)UNIT +
+                        200 * (double)count_q32 / (double)UNIT;
+    homes();
+    if (machine.homing.state != HOMING_DONE)
+        fail_msg("from %.3f: %s, %s", (double)from_q32 / (double)UNIT,
+                 homing_error_text(machine.homing.error),
+                 controller_fault_text(machine.controller.fault.fault));
+    assert_in_range(llabs(off_q32()), 0, count_q32);
+    if (met() > most)
+        fail_msg("the stop was met at %.3f/s", met());
+}
+
+/* So far before its stop. */
+static void start_at(int64_t before_q32)
+{
+    struct rig_axis *axis = &rig.axis[0];
+    const int direction = axis->homing.direction;
+    axis->sim.start_q32 =
+        axis->sim.stop_q32[direction > 0] - direction * before_q32;
+}
+
+/* Speeding up takes 1 mm, and the following error allows 2 mm: from the stop
+ * itself the set point must not go on for all of that first. */
+static void a_stop_that_it_stands_at_is_met_while_speeding_up(void **state)
+{
+    static const int before_um[] = { 0,   7,   50,  100,  200,  400,
+                                     600, 800, 950, 1000, 1200, 30000 };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(before_um); i++) {
+        read_axis("tests/data/homing/hard_stop.yaml", 0);
+        rig.axis[0].counts_num = 159;
+        start_at(before_um[i] * UM);
+        power_on();
+        expect_homed(rig.axis[0].sim.start_q32);
+    }
+}
+
+static void without_a_stop_it_is_not_found(void **state)
+{
+    (void)state;
+    read_axis("tests/data/homing/hard_stop.yaml", 0);
+    rig.axis[0].sim.has_stops = false;
+    rig.axis[0].homing.distance_q32 = 60 * UNIT;
+    power_on();
+    homes();
+    assert_int_equal(machine.homing.state, HOMING_FAILED);
+    assert_int_equal(machine.homing.error, HOMING_NO_STOP);
+    assert_int_equal(machine.controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_false(machine.controller.axis[0].homed);
+}
+
+static int down(void **state)
+{
+    (void)state;
+    machine_free(&machine);
+    machine_sim_free(&sim);
+    rig_free(&rig);
+    return 0;
+}
+
+/* It has the torque of a stop and lags far behind, but it moves. */
+static void a_load_that_takes_its_torque_to_speed_up_is_no_stop(void **state)
+{
+    (void)state;
+    for (uint32_t omega_mrad_s = 5000; omega_mrad_s <= 30000;
+         omega_mrad_s += 1000) {
+        read_axis("tests/data/homing/hard_stop.yaml", 0);
+        rig.axis[0].homing.push_permille = 1;
+        rig.axis[0].following_floor_q32 = 20 * UNIT;
+        rig.axis[0].sim.omega_mrad_s = omega_mrad_s;
+        start_at(40 * UNIT);
+        power_on();
+        assert_int_equal(homing_start(&machine.homing, 1), MOTION_OK);
+        while (machine.homing.state == HOMING_PRESS)
+            tick();
+        if (machine_sim_pos_q32(&sim, 0) + sim.zero_q32[0] >
+            rig.axis[0].sim.stop_q32[0] + UNIT / 100)
+            fail_msg("%u mrad/s: pressed %.3f before the stop", omega_mrad_s,
+                     (double)(machine_sim_pos_q32(&sim, 0) + sim.zero_q32[0] -
+                              rig.axis[0].sim.stop_q32[0]) /
+                         (double)UNIT);
+        down(NULL);
+    }
+}
+
+int main(void)
+{
+#define RUN(test) cmocka_unit_test_teardown(test, down)
+    const struct CMUnitTest tests[] = {
+        RUN(a_stop_that_it_stands_at_is_met_while_speeding_up),
+        RUN(without_a_stop_it_is_not_found),
+        RUN(a_load_that_takes_its_torque_to_speed_up_is_no_stop),
+    };
+    return cmocka_run_group_tests_name("homing_stop", tests, NULL, NULL);
+}
