@@ -277,7 +277,7 @@ static int controller_begin(struct controller *controller,
 {
     int which;
     if (controller->state != CONTROLLER_READY || controller->homing ||
-        controller_any_coupled(controller))
+        !controller_coupled_agree(controller, track))
         return MOTION_E_STATE;
     int err = controller_may_start(controller, track, at_ns_q12, &which);
     if (err == MOTION_OK && !controller_load(controller, track)) {
@@ -386,7 +386,7 @@ int controller_hold(struct controller *controller)
 {
     if (controller->state != CONTROLLER_MOVING)
         return MOTION_E_STATE;
-    if (controller_any_coupled(controller)) {
+    if (controller->jog != NULL && controller_any_coupled(controller)) {
         controller_jog_brake(controller, false); /* a ramp is of one axis */
         return MOTION_OK;
     }

@@ -183,8 +183,10 @@ static bool controller_stop_along(struct controller *controller)
 __attribute__((cold)) static void
 controller_react(struct controller *controller)
 {
-    const bool by_profile = controller_any_by_profile(controller) ||
-                            controller_any_coupled(controller);
+    /* coupled, a jog moves axes that have no track */
+    const bool by_profile =
+        controller_any_by_profile(controller) ||
+        (controller->jog != NULL && controller_any_coupled(controller));
     if (controller->reaction == CONTROLLER_REACT_OFF ||
         !(controller_in_motion(controller) || by_profile)) {
         controller_enter_fault(controller);
@@ -346,13 +348,13 @@ static void controller_sample(struct controller *controller)
     }
 }
 
-/* After their masters. */
+/* After their masters, where they have no track of their own. */
 static void controller_sample_coupled(struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         struct controller_axis *axis = &controller->axis[i];
         struct motion_sample sample;
-        if (axis->cam == NULL ||
+        if (axis->cam == NULL || axis->track != NULL ||
             controller->axis[axis->cam->master].track == NULL)
             continue;
         controller_coupled_at(axis->cam,

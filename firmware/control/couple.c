@@ -209,6 +209,60 @@ static bool couple_is_master(const struct controller *controller, unsigned axis)
     return false;
 }
 
+/* Nearer than what the gate lets pass where the curve goes on by itself. */
+static bool couple_is_near(const struct controller_axis *axis, int64_t pos_q32,
+                           int64_t curve_q32)
+{
+    int64_t off_q32;
+    return motion_fixed_sub(curve_q32, pos_q32, &off_q32) == MOTION_OK &&
+           motion_fixed_abs(off_q32) <= (uint64_t)axis->gate_acc_q32 / 4;
+}
+
+static int64_t couple_place_q32(const struct motion_track *track,
+                                struct motion_cursor *cursor, int64_t t_ns_q12)
+{
+    struct motion_sample sample;
+    motion_track_sample(track, cursor, t_ns_q12, &sample);
+    return sample.pos_q32;
+}
+
+static bool couple_agrees(const struct controller_axis *axis,
+                          const struct motion_track *own,
+                          const struct motion_track *master)
+{
+    struct motion_cursor at[3] = { 0 };
+    int64_t t_ns_q12 = 0;
+    for (uint32_t i = 0; i <= own->count; i++) {
+        const int64_t m_q32 = couple_place_q32(master, &at[0], t_ns_q12);
+        const int64_t curve_q32 = couple_place_q32(
+            axis->cam->track, &at[1], controller_cam_ns_q12(axis->cam, m_q32));
+        if (m_q32 < axis->cam->low_q32 - MOTION_TRACK_POS_ROUNDING ||
+            m_q32 > axis->cam->high_q32 + MOTION_TRACK_POS_ROUNDING ||
+            !couple_is_near(axis, couple_place_q32(own, &at[2], t_ns_q12),
+                            curve_q32))
+            return false;
+        if (i < own->count)
+            t_ns_q12 += own->segment[i].dur_ns_q12;
+    }
+    return true;
+}
+
+bool controller_coupled_agree(const struct controller *controller,
+                              const struct motion_track *const track[])
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const struct controller_axis *axis = &controller->axis[i];
+        if (axis->cam == NULL ||
+            (track[i] == NULL && track[axis->cam->master] == NULL))
+            continue;
+        if (track[i] == NULL || track[axis->cam->master] == NULL ||
+            track[i]->outline != NULL ||
+            !couple_agrees(axis, track[i], track[axis->cam->master]))
+            return false;
+    }
+    return true;
+}
+
 static int couple_check(const struct controller *controller, unsigned axis,
                         const struct controller_cam *cam)
 {
@@ -217,9 +271,7 @@ static int couple_check(const struct controller *controller, unsigned axis,
     const struct controller_axis_config *config =
         &controller->config.axis[axis];
     struct motion_cursor cursor = { 0 };
-    struct motion_sample here;
     struct motion_extreme pos;
-    int64_t off_q32;
     if (!own->homed || !master->homed)
         return MOTION_E_UNHOMED;
     motion_track_extreme(cam->track, MOTION_POS, &pos);
@@ -228,13 +280,12 @@ static int couple_check(const struct controller *controller, unsigned axis,
         master->target.pos_q32 < cam->low_q32 ||
         master->target.pos_q32 > cam->high_q32)
         return MOTION_E_LIMIT;
-    motion_track_sample(cam->track, &cursor,
-                        controller_cam_ns_q12(cam, master->target.pos_q32),
-                        &here);
-    if (motion_fixed_sub(here.pos_q32, own->target.pos_q32, &off_q32) < 0 ||
-        motion_fixed_abs(off_q32) > (uint64_t)own->gate_acc_q32 / 4)
-        return MOTION_E_AWAY;
-    return MOTION_OK;
+    return couple_is_near(own, own->target.pos_q32,
+                          couple_place_q32(cam->track, &cursor,
+                                           controller_cam_ns_q12(
+                                               cam, master->target.pos_q32)))
+               ? MOTION_OK
+               : MOTION_E_AWAY;
 }
 
 int controller_couple(struct controller *controller, unsigned axis,

@@ -8,10 +8,14 @@
  *     p = C(m)    v = C'(m) m'    a = C''(m) m'^2 + C'(m) m''
  * so there is nothing to catch up.
  *
- * While axes are coupled the master is jogged and nothing else moves: within
- * limits that leave the follower inside its own, and no further than the curve
- * goes, where it comes to rest.  A hold of such a jog ends it.  Coupling ends with torque, and with a fault,
- * which is the drives' quick stop then. */
+ * A jog of the master takes its followers with it: within limits that leave
+ * them inside their own, and no further than the curve goes, where it comes to
+ * rest.  A hold of such a jog ends it, a fault is the drives' quick stop.  In a
+ * move a follower has a track of its own, which its planner made of the curve
+ * and the master's (motion/curve/time_warp.h): hold, reverse, override and stop are
+ * those of any move.  Coupled axes are not homed, and a move whose tracks do not
+ * agree with their curves does not begin.  Coupling ends with torque, and with a
+ * fault. */
 #ifndef FIRMWARE_CONTROL_COUPLE_H
 #define FIRMWARE_CONTROL_COUPLE_H
 

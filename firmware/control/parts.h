@@ -141,7 +141,9 @@ void controller_slow_down(struct controller *controller,
 
 /* couple.c.  At: the follower's place, speed and acceleration, by what the
  * master is told.  Limit: what a master may do so that its followers keep theirs
- * (`hard`: of stopping).  Place: no further than their curves go. */
+ * (`hard`: of stopping).  Place: no further than their curves go.  Agree: of
+ * every coupled axis, either it and its master stand or its track is on the
+ * curve over that of the master: at every end of a segment.  Divides. */
 void controller_coupled_at(const struct controller_cam *cam,
                            const struct hal_drive_target *master,
                            struct motion_cursor *cursor,
@@ -150,6 +152,8 @@ bool controller_any_coupled(const struct controller *controller);
 void controller_coupled_limit(const struct controller *controller,
                               unsigned master, bool hard,
                               struct motion_clock_limit *limit);
+bool controller_coupled_agree(const struct controller *controller,
+                              const struct motion_track *const track[]);
 int64_t controller_coupled_place(const struct controller *controller,
                                  unsigned master, int64_t pos_q32);
 

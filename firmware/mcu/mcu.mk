@@ -14,7 +14,7 @@ MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
 MCU_SMALL  := $(addprefix firmware/control/,command.c couple.c goal.c home.c \
                 homing.c homing_stop.c init.c jog.c mailbox.c playback.c ramp.c \
                 ramp_judge.c) \
-              $(addprefix motion/core/,clock_walk.c fixed.c) \
+              $(addprefix motion/core/,clock_walk.c fixed.c track_state.c) \
               $(call sources,motion/otg hal/drive/modbus)
 MCU_CALLS  := firmware/control/ramp_bound.c $(addprefix motion/core/, \
                 clock_anchor.c clock_warp_plan.c track_append.c)

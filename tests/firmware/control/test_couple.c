@@ -8,6 +8,7 @@
 #include "firmware/control/jog.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/curve/ease.h"
 #include "motion/plan/move.h"
 #include "tests/firmware/control/ideal_drive.h"
 #include "tests/support/check.h"
@@ -237,27 +238,142 @@ static void what_cannot_be_coupled_is_refused(void **state)
                      MOTION_E_ARG);
 }
 
-static void while_coupled_the_master_is_jogged_alone(void **state)
+static void while_coupled_the_follower_is_not_jogged(void **state)
 {
     const double line[] = { -50, 50 };
-    struct motion_segment storage[4];
-    struct motion_track move;
-    const struct motion_track *tracks[AXES] = { [OTHER] = &move };
     (void)state;
-    motion_track_init(&move, storage, 4, 0);
-    assert_int_equal(motion_track_append_dwell(&move, S), 0);
     assert_int_equal(couple(-50, 100, line, 2, PLAN_CURVE_LINEAR), MOTION_OK);
     assert_int_equal(go(FOLLOWER, 10, 10), MOTION_E_STATE);
-    assert_int_equal(controller_start(&controller, tracks, NULL),
-                     MOTION_E_STATE);
     assert_int_equal(go(OTHER, 10, 10), MOTION_OK);
     until_ready();
     assert_int_equal(controller_uncouple(&controller, FOLLOWER), MOTION_OK);
     assert_int_equal(go(FOLLOWER, 10, 10), MOTION_OK);
     until_ready();
-    motion_track_init(&move, storage, 4, axes[OTHER].target.pos_q32);
-    assert_int_equal(motion_track_append_dwell(&move, S), 0);
-    assert_int_equal(controller_start(&controller, tracks, NULL), MOTION_OK);
+}
+
+/* --- under moves --------------------------------------------------------- */
+
+/* 60 units of the master and back, and what it makes of the follower. */
+static struct motion_segment storage[2][40];
+static struct motion_track move[2];
+static const struct motion_track *const both[AXES] = { &move[0], &move[1] };
+static const struct motion_ease_limit gentle = { 40 * UNIT, 100 * UNIT,
+                                                 1000 * UNIT };
+
+static void plan_both(double ratio)
+{
+    const double line[] = { -90 * ratio, 90 * ratio };
+    assert_int_equal(couple(-90, 180, line, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    for (int i = 0; i < 2; i++) {
+        const double by = i == 0 ? 1 : fabs(ratio);
+        const struct motion_ease_limit limit = {
+            llrint((double)gentle.vel_q32 * by),
+            llrint((double)gentle.acc_q32 * by),
+            llrint((double)gentle.jerk_q32 * by),
+        };
+        motion_track_init(&move[i], storage[i], 40, 0);
+        assert_int_equal(motion_ease_append_limited(
+                             &move[i],
+                             llrint((i == 0 ? 60 : 60 * ratio) * (double)UNIT),
+                             &limit),
+                         0);
+        assert_int_equal(motion_ease_append_limited(&move[i], 0, &limit), 0);
+    }
+}
+
+/* In one tick of its own at most by what rounding of the two tracks makes. */
+static void ticks_of_move(unsigned count, double ratio)
+{
+    while (count-- > 0) {
+        now_ns += MS;
+        controller_step(&controller, now_ns,
+                        (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+        const double off = q32(axes[FOLLOWER].target.pos_q32) -
+                           ratio * q32(axes[MASTER].target.pos_q32);
+        if (fabs(off) > 1e-6)
+            fail_msg("the follower is off by %.9f", off);
+    }
+}
+
+static void a_move_takes_the_follower_with_it(void **state)
+{
+    static const double ratio[] = { 0.5, -1 };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(ratio); i++) {
+        assert_int_equal(begin(NULL), 0);
+        plan_both(ratio[i]);
+        assert_int_equal(controller_start(&controller, both, NULL), MOTION_OK);
+        ticks_of_move(700, ratio[i]);
+        assert_int_equal(
+            controller_override(&controller, MOTION_CLOCK_WARP_ONE_Q30 / 2),
+            MOTION_OK);
+        ticks_of_move(500, ratio[i]);
+        assert_int_equal(controller_hold(&controller), MOTION_OK);
+        ticks_of_move(2000, ratio[i]);
+        assert_int_equal(controller.state, CONTROLLER_HOLDING);
+        assert_true(q32(axes[MASTER].target.pos_q32) > 10);
+        assert_int_equal(controller_reverse(&controller, true), MOTION_OK);
+        assert_int_equal(controller_resume(&controller), MOTION_OK);
+        ticks_of_move(300, ratio[i]);
+        controller_stop(&controller);
+        for (int n = 0; controller.state != CONTROLLER_READY; n++) {
+            assert_true(n < 3000);
+            ticks_of_move(1, ratio[i]);
+        }
+        /* and the curve goes on from there */
+        assert_non_null(axes[FOLLOWER].cam);
+        assert_int_equal(go(MASTER, -20, 20), MOTION_OK);
+        for (int n = 0; controller.state != CONTROLLER_READY; n++) {
+            assert_true(n < 20000);
+            ticks_of_move(1, ratio[i]);
+            controller_jog_step(&controller, &jog);
+        }
+        assert_int_equal(controller.fault.fault, CONTROLLER_FAULT_NONE);
+    }
+}
+
+/* By a track of each there is a way to rest along both. */
+static void a_fault_stops_both_along_the_move(void **state)
+{
+    (void)state;
+    plan_both(0.5);
+    assert_int_equal(controller_start(&controller, both, NULL), MOTION_OK);
+    ticks_of_move(900, 0.5);
+    drive[OTHER].faulty = true;
+    ticks_of_move(1, 0.5);
+    assert_int_equal(controller.reaction, CONTROLLER_REACT_STOP);
+    for (int i = 0; controller.state != CONTROLLER_FAULT; i++) {
+        assert_true(i < 3000);
+        ticks_of_move(1, 0.5);
+    }
+    assert_null(axes[FOLLOWER].cam);
+}
+
+static void a_move_that_leaves_the_curve_does_not_begin(void **state)
+{
+    const struct motion_track *alone[AXES] = { &move[0] };
+    const struct motion_track *own[AXES] = { [FOLLOWER] = &move[1] };
+    const struct motion_track *other[AXES] = { [OTHER] = &move[0] };
+    (void)state;
+    plan_both(0.5);
+    assert_int_equal(controller_start(&controller, alone, NULL),
+                     MOTION_E_STATE);
+    assert_int_equal(controller_start(&controller, own, NULL), MOTION_E_STATE);
+    assert_int_equal(controller_cue(&controller, alone, 0, NULL),
+                     MOTION_E_STATE);
+    /* there at both ends, and not between them */
+    motion_track_init(&move[1], storage[1], 40, 0);
+    assert_int_equal(motion_ease_append_limited(&move[1], 30 * UNIT, &gentle),
+                     0);
+    assert_int_equal(motion_ease_append_limited(&move[1], 0, &gentle), 0);
+    assert_int_equal(motion_track_append_dwell(
+                         &move[1], move[0].end_ns_q12 - move[1].end_ns_q12),
+                     0);
+    assert_int_equal(controller_start(&controller, both, NULL), MOTION_E_STATE);
+    /* of axes that are not coupled */
+    assert_int_equal(controller_start(&controller, other, NULL), MOTION_OK);
+    ticks_of_move(500, 0.5);
+    assert_int_equal(controller.state, CONTROLLER_MOVING);
 }
 
 static void torque_off_and_faults_end_it(void **state)
@@ -295,7 +411,10 @@ int main(void)
         RUN(a_jog_ends_in_time_where_the_curve_does),
         RUN(any_cam_keeps_both_axes_inside_their_limits),
         RUN(what_cannot_be_coupled_is_refused),
-        RUN(while_coupled_the_master_is_jogged_alone),
+        RUN(while_coupled_the_follower_is_not_jogged),
+        RUN(a_move_takes_the_follower_with_it),
+        RUN(a_fault_stops_both_along_the_move),
+        RUN(a_move_that_leaves_the_curve_does_not_begin),
         RUN(torque_off_and_faults_end_it),
     };
     return cmocka_run_group_tests_name("couple", tests, NULL, NULL);
