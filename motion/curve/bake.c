@@ -331,8 +331,7 @@ static void bake_raise(struct motion_bake_bound *rest,
     rest->acc = motion_real_max(rest->acc, bake_larger(a, residual->acc));
 }
 
-/* What the track adds when it is sampled, and this file's own rounding. */
-static struct motion_real bake_rounding(const struct motion_segment *seg,
+struct motion_real motion_bake_rounding(const struct motion_segment *seg,
                                         struct motion_real pos)
 {
     const int coarse = seg->frac < 0 ? -seg->frac : 0;
@@ -378,7 +377,8 @@ static struct motion_bake_bound bake_judge(const struct bake *bake,
     bound.vel = motion_real_add(bound.vel, rest.vel);
     bound.acc = motion_real_add(bound.acc, rest.acc);
     bound.pos = motion_real_add(
-        bound.pos, bake_rounding(seg, place[BAKE_PLACES - 1].point[axis].pos));
+        bound.pos,
+        motion_bake_rounding(seg, place[BAKE_PLACES - 1].point[axis].pos));
     return bound;
 }
 

@@ -106,6 +106,11 @@ int motion_bake_append(struct motion_track *track, int64_t dur_ns_q12,
                        const struct motion_bake_point *from,
                        const struct motion_bake_point *to);
 
+/* What the track adds to a bound when it is sampled, and the arithmetic of
+ * bakers, for a segment that ends at `pos`. */
+struct motion_real motion_bake_rounding(const struct motion_segment *segment,
+                                        struct motion_real pos);
+
 /* p, v, a of a segment's polynomial at dt from its start, 0 .. dur, before
  * sampling rounds them. */
 struct motion_bake_point

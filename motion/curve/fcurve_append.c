@@ -11,19 +11,6 @@
 #include "motion/core/fixed.h"
 #include "motion/curve/fcurve_internal.h"
 
-/* Between two cuts; of the span that starts at `key`, or NULL beyond the keys,
- * and lies between two keys in the order of time, which errors name.  The value
- * is off by `residual` at the ends. */
-struct fcurve_piece {
-    const struct motion_fcurve *curve;
-    const struct motion_fcurve_key *key;
-    uint32_t first, last;
-    int64_t from, to;
-    struct motion_fcurve_value start, end;
-    struct motion_real shown; /* at the end */
-    struct motion_real residual[2];
-};
-
 struct fcurve_append {
     struct motion_track *track;
     const struct motion_fcurve *curve;
@@ -88,6 +75,9 @@ static void fcurve_next(const struct fcurve_append *append, int64_t from,
         piece->key = &curve->key[at];
         piece->first = lap.back ? at + 1 : at;
         piece->last = lap.back ? at : at + 1;
+        piece->is_back = lap.back;
+        piece->span = fcurve_in_lap(curve, &lap,
+                                    piece->key[lap.back ? 1 : 0].at.t_ns_q12);
         fcurve_cut_span(curve, &lap, piece->key, from, &piece->to);
     } else if (from < first) {
         /* further out than all laps, so these do not overflow */
@@ -226,16 +216,28 @@ static int fcurve_append_poly(struct fcurve_append *append,
 
 /* --- a baked piece -------------------------------------------------------- */
 
-/* The curve, less what it misses at its ends, spread evenly. */
+void fcurve_add_residual(const struct fcurve_piece *piece, int64_t t,
+                         struct motion_bake_point *point)
+{
+    const struct motion_real slant =
+        motion_real_sub(piece->residual[1], piece->residual[0]);
+    const struct motion_real dur = fcurve_whole(piece->to - piece->from);
+
+    point->pos = motion_real_add(point->pos, piece->residual[0]);
+    if (motion_real_is_zero(slant))
+        return;
+    const struct motion_real past =
+        motion_real_div(fcurve_whole(t - piece->from), dur);
+    point->pos = motion_real_add(point->pos, motion_real_mul(past, slant));
+    point->vel = motion_real_add(
+        point->vel,
+        motion_real_div(fcurve_times(slant, MOTION_FIXED_S_Q12), dur));
+}
+
 static int fcurve_source(void *context, int64_t t, enum motion_bake_side side,
                          struct motion_bake_point point[])
 {
     const struct fcurve_piece *piece = context;
-    const struct motion_real dur = fcurve_whole(piece->to - piece->from);
-    const struct motion_real past =
-        motion_real_div(fcurve_whole(t - piece->from), dur);
-    const struct motion_real slant =
-        motion_real_sub(piece->residual[1], piece->residual[0]);
     struct motion_fcurve_value value;
     int rc = motion_fcurve_at(piece->curve, t,
                               side == MOTION_BAKE_LEFT ? MOTION_FCURVE_LEFT
@@ -246,12 +248,8 @@ static int fcurve_source(void *context, int64_t t, enum motion_bake_side side,
         return rc;
     if (value.steep)
         return MOTION_E_SINGULAR;
-    point->pos = motion_real_add(value.pos, piece->residual[0]);
-    point->pos = motion_real_add(point->pos, motion_real_mul(past, slant));
-    point->vel = motion_real_add(
-        value.vel,
-        motion_real_div(fcurve_times(slant, MOTION_FIXED_S_Q12), dur));
-    point->acc = value.acc;
+    *point = (struct motion_bake_point){ value.pos, value.vel, value.acc };
+    fcurve_add_residual(piece, t, point);
     return MOTION_OK;
 }
 
@@ -274,8 +272,9 @@ static void fcurve_note(struct fcurve_append *append,
     worst->acc = motion_real_max(worst->acc, bound->acc);
 }
 
-static int fcurve_append_baked(struct fcurve_append *append,
-                               struct fcurve_piece *piece)
+/* Measured, whatever it is. */
+static int fcurve_append_measured(struct fcurve_append *append,
+                                  struct fcurve_piece *piece)
 {
     const int64_t border[2] = { piece->from, piece->to };
     const struct motion_bake job = {
@@ -293,6 +292,26 @@ static int fcurve_append_baked(struct fcurve_append *append,
 
     if (rc == MOTION_OK)
         fcurve_note(append, piece, &report.bound[0]);
+    return rc;
+}
+
+static int fcurve_append_baked(struct fcurve_append *append,
+                               struct fcurve_piece *piece)
+{
+    const struct motion_track before = *append->track;
+    struct motion_bake_bound bound;
+    int rc;
+
+    if (piece->key->interpolation != MOTION_FCURVE_BEZIER)
+        return fcurve_append_measured(append, piece);
+    rc = fcurve_bezier_bake(append->track, piece, &append->range->within,
+                            &bound);
+    if (rc == MOTION_E_TOLERANCE) {
+        *append->track = before;
+        return fcurve_append_measured(append, piece);
+    }
+    if (rc == MOTION_OK)
+        fcurve_note(append, piece, &bound);
     return rc;
 }
 

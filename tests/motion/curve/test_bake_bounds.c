@@ -111,6 +111,102 @@ static void easing_equations(void **state)
             easing(displacement, ease);
 }
 
+/* --- bezier spans ---------------------------------------------------------- */
+
+/* Handles of any length, also beyond the other key, which are shortened. */
+static void draw_span(void)
+{
+    const int64_t at = check_random_in(&seed, -SEC, SEC);
+    const int64_t dur = check_random_in(&seed, SEC / 20, 5 * SEC);
+
+    for (int i = 0; i < 2; i++) {
+        const struct motion_fcurve_point point = {
+            at + i * dur, check_random_in(&seed, -100 * ONE, 100 * ONE)
+        };
+        const int64_t rise = check_random_in(&seed, -50 * ONE, 50 * ONE);
+        const int64_t length = check_random_in(&seed, dur / 50, dur + dur / 4);
+        key[i] = (struct motion_fcurve_key){
+            .at = point,
+            .left = { point.t_ns_q12 - length, point.pos_q32 - rise },
+            .right = { point.t_ns_q12 + length, point.pos_q32 + rise },
+            .interpolation = MOTION_FCURVE_BEZIER,
+        };
+    }
+}
+
+/* Within what is allowed, and no more than three times what is seen. */
+static void near_enough(const char *name, long double seen, long double stated,
+                        long double allowed)
+{
+    print_message("    %-4s %.2Le seen, %.2Le stated, %.2Le allowed\n", name,
+                  seen, stated, allowed);
+    if (seen > stated || stated > 3 * seen || (stated > allowed && allowed > 0))
+        fail_msg("%s: %.3Le seen, %.3Le stated, %.3Le allowed", name, seen,
+                 stated, allowed);
+}
+
+static void span_with(struct motion_bake_bound within, int64_t from, int64_t to)
+{
+    const struct motion_fcurve_range range = { from, to, within,
+                                               motion_real_zero() };
+    struct motion_fcurve_report report;
+    struct motion_fcurve_value start;
+    long double worst[3] = { 0 };
+    int64_t pos;
+
+    motion_fcurve_at(&curve, from, MOTION_FCURVE_AT, &start);
+    assert_int_equal(motion_real_round(start.pos, 32, &pos), MOTION_OK);
+    motion_track_init(&baked, storage[0], CAPACITY, pos);
+    const int err = motion_fcurve_append(&baked, &curve, &range, &report);
+    if (err < 0)
+        fail_msg("%s", motion_err_text(err));
+    for (long i = samples() / 4; i > 0; i--) {
+        const int64_t t = check_random_in(&seed, 1, to - from - 1);
+        const struct motion_bake_point is =
+            motion_bake_track(&baked, t, MOTION_BAKE_RIGHT);
+        struct motion_fcurve_value want;
+        motion_fcurve_at(&curve, from + t, MOTION_FCURVE_RIGHT, &want);
+        const struct motion_real off[3] = { motion_real_sub(is.pos, want.pos),
+                                            motion_real_sub(is.vel, want.vel),
+                                            motion_real_sub(is.acc, want.acc) };
+        for (int k = 0; k < 3; k++)
+            worst[k] = fmaxl(worst[k], fabsl(real_value(off[k])));
+    }
+    print_message("%u segments\n", (unsigned)baked.count);
+    near_enough("pos", worst[0], real_value(report.bound.pos),
+                real_value(within.pos));
+    near_enough("vel", worst[1], real_value(report.bound.vel),
+                real_value(within.vel));
+    near_enough("acc", worst[2], real_value(report.bound.acc),
+                real_value(within.acc));
+}
+
+/* Whole, from and to the middle, there and back. */
+static void bezier_spans(void **state)
+{
+    (void)state;
+    const struct motion_real zero = motion_real_zero();
+    const struct motion_bake_bound within[] = {
+        { real_of(1e-6L), zero, zero },
+        { real_of(1e-3L), real_of(1e-4L), zero },
+        { real_of(1e-3L), real_of(1), real_of(1e-3L) },
+    };
+
+    seed = 6;
+    for (int round = 0; round < 12; round++) {
+        draw_span();
+        const int64_t start = key[0].at.t_ns_q12, end = key[1].at.t_ns_q12;
+        const int64_t dur = end - start;
+        curve.after = (struct motion_fcurve_cycles){ 0 };
+        assert_int_equal(motion_fcurve_handles(&curve, NULL, NULL), MOTION_OK);
+        span_with(within[round % 3], start, end);
+        span_with(within[round % 3], start + dur / 3, end - dur / 7);
+        curve.after.mode = MOTION_FCURVE_MIRROR;
+        span_with(within[round % 3], end, end + dur - dur / 5);
+    }
+    curve.after = (struct motion_fcurve_cycles){ 0 };
+}
+
 /* --- time warps and cross-fades ------------------------------------------- */
 
 static struct motion_track part[3];
@@ -225,6 +321,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(easing_equations),
+        cmocka_unit_test(bezier_spans),
         cmocka_unit_test(time_warps),
         cmocka_unit_test(cross_fades),
     };
