@@ -10,8 +10,9 @@
 #include "motion/core/fixed.h"
 #include "motion/plan/keys/move_internal.h"
 
-/* Positions are baked to 2^-34 of the range, or 2^-28 unit where that is more:
- * 0.06 nm, 16 times what the track rounds. */
+/* Positions are baked to 2^-34 of the range, rounded down to three bits so that
+ * the spans of keys that stay are planned as before when one moves; or 2^-28
+ * unit where that is more: 0.06 nm, 16 times what the track rounds. */
 #define BEZIER_WITHIN_OF_RANGE -34
 #define BEZIER_WITHIN_LEAST    -28
 
@@ -304,6 +305,8 @@ static int64_t bezier_end(const struct move *move)
     return laps;
 }
 
+#define BEZIER_SIZE_UNIT ((int64_t)1 << 59) /* of 2^61 .. 2^62 */
+
 static struct motion_real bezier_size(const struct motion_fcurve *curve)
 {
     int64_t low = INT64_MAX, high = INT64_MIN;
@@ -313,8 +316,10 @@ static struct motion_real bezier_size(const struct motion_fcurve *curve)
         low = pos < low ? pos : low;
         high = pos > high ? pos : high;
     }
-    return motion_real_sub(motion_real_from_q(high, 32),
-                           motion_real_from_q(low, 32));
+    struct motion_real size = motion_real_sub(motion_real_from_q(high, 32),
+                                              motion_real_from_q(low, 32));
+    size.m -= size.m % BEZIER_SIZE_UNIT;
+    return size;
 }
 
 /* The most that an elastic span swings: its change, or its amplitude. */
@@ -450,13 +455,18 @@ static void bezier_add_key(const struct move *move,
     move_memo_add(move, key->period_ns_q12);
 }
 
-/* The key before the span, its two, the one after; and how close it is baked. */
+/* The two keys of the span and, as the pieces of an easing equation are joined
+ * to what is beside them, or nothing is before or after it, the one before and
+ * the one after; and how close it is baked. */
 static void bezier_add(const struct move *move, uint32_t key,
                        const struct motion_fcurve_range *range)
 {
     const struct motion_fcurve *curve = &move->handles;
+    const bool alone = curve->key[key].interpolation == MOTION_FCURVE_BEZIER &&
+                       range->from_ns_q12 >= curve->key[key].at.t_ns_q12 &&
+                       key + 1 < curve->count;
 
-    for (uint32_t i = 0; i < 4; i++)
+    for (uint32_t i = alone ? 1 : 0; i < (alone ? 3 : 4); i++)
         if (key + i >= 1 && key + i - 1 < curve->count)
             bezier_add_key(move, &curve->key[key + i - 1]);
         else

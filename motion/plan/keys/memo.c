@@ -40,10 +40,12 @@ void move_memo_begin(const struct move *move, int64_t kind, uint32_t spans,
                                      .from_ns_q12 = track->end_ns_q12 };
     move_memo_add(move, kind);
     move_memo_add(move, track->end.pos_q32);
+    move_memo_add(move, (int64_t)track->end_frac);
+    if (kind == PLAN_CURVE_BEZIER) /* begins as its handles say */
+        return;
     move_memo_add(move, track->end.vel_q32);
     move_memo_add(move, track->end.acc_q32);
     move_memo_add(move, track->end.jerk_q32);
-    move_memo_add(move, (int64_t)track->end_frac);
 }
 
 /* Spans are in the order of their times, which are all different. */

@@ -277,9 +277,34 @@ static void a_key_that_moves_costs_the_spans_beside_it(void **state)
     sketch.key[7].p = 99;
     sketch_text(&sketch, text, sizeof text);
     struct studio_plan *next = planned(text, plan);
-    /* Of y two, of x those between its keys and one before the first. */
+    /* Of y two, of x those between its keys and one before the first.  The
+     * handles of both neighbours turn, too. */
     assert_int_equal(next->job.memo->planned, 2 + KEYS - 1 + 1);
-    assert_in_range(next->job.memo->reused, 2 + KEYS - 8, 2 + KEYS - 4);
+    assert_int_equal(next->job.memo->reused, 2 + KEYS - 4);
+    studio_plan_delete(next);
+    studio_plan_delete(plan);
+}
+
+/* Spans are baked to a part of the range, which a key at its end makes larger. */
+static void a_key_that_is_the_highest_costs_no_more(void **state)
+{
+    static char text[16384];
+    static struct sketch sketch;
+
+    (void)state;
+    sketch_new(&sketch, 0, KEYS);
+    sketch.mixed = false;
+    for (unsigned i = 0; i < KEYS; i++) {
+        sketch.key[i].kind = 3;
+        sketch.key[i].p = i == 6 ? 300 : (int)(i * 7 % 40);
+    }
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *plan = planned(text, NULL);
+    sketch.key[6].p = 310;
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *next = planned(text, plan);
+    same(text, next);
+    assert_int_equal(next->job.memo->reused, 2 + KEYS - 2);
     studio_plan_delete(next);
     studio_plan_delete(plan);
 }
@@ -429,6 +454,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_edits_leave_the_bits_of_a_fresh_plan),
         cmocka_unit_test(a_key_that_moves_costs_the_spans_beside_it),
+        cmocka_unit_test(a_key_that_is_the_highest_costs_no_more),
         cmocka_unit_test(every_curve_is_planned_again_to_the_bit),
         cmocka_unit_test(a_key_in_the_middle_changes_what_is_beside_it),
         cmocka_unit_test(a_rig_is_read_again_once_it_changed),
