@@ -105,6 +105,26 @@ static bool check_is_above(int64_t a, int64_t b)
     return a > b && (uint64_t)a - (uint64_t)b > MOTION_TRACK_POS_ROUNDING;
 }
 
+static const struct motion_extreme *
+check_exact(const struct motion_segment *segment, struct plan_facts *facts,
+            enum motion_quantity quantity)
+{
+    const uint8_t bit = (uint8_t)(1u << quantity);
+
+    if (!(facts->exact & bit)) {
+        motion_segment_extreme(segment, quantity, &facts->extreme[quantity]);
+        facts->exact |= bit;
+    }
+    return &facts->extreme[quantity];
+}
+
+static bool check_is_outside(const struct check *check,
+                             const struct motion_extreme *pos)
+{
+    return check_is_above(check->limit->pos_min_q32, pos->min) ||
+           check_is_above(pos->max, check->limit->pos_max_q32);
+}
+
 static void check_pos(struct check *check, const struct motion_extreme *pos)
 {
     const struct plan_limit *limit = check->limit;
@@ -118,22 +138,38 @@ static void check_pos(struct check *check, const struct motion_extreme *pos)
 }
 
 /* What is planned at a limit may come out above it by what rounding makes, and
- * 2^-28; what is beyond the format is above every limit. */
+ * 2^-28; what is beyond the format is above every limit.  Further above than
+ * that, which `size` is off by, there is no need to look where. */
 static bool check_is_above_planned(const struct motion_segment *segment,
-                                   enum motion_quantity quantity, int64_t limit)
+                                   enum motion_quantity quantity, uint64_t size,
+                                   int64_t limit)
 {
     const int64_t most = limit < INT64_MAX - 1 - (limit >> 28)
                              ? limit + (limit >> 28)
                              : INT64_MAX - 1;
+    const uint64_t rounding =
+        (uint64_t)motion_segment_rounding(segment, quantity) + 4;
 
-    return motion_segment_peak(segment, quantity) > most;
+    return (size > rounding && size - rounding > (uint64_t)most) ||
+           motion_segment_peak(segment, quantity) > most;
+}
+
+static bool check_is_beyond(const struct motion_extreme *extreme, int64_t limit)
+{
+    return motion_fixed_abs(extreme->min) > (uint64_t)limit ||
+           motion_fixed_abs(extreme->max) > (uint64_t)limit;
 }
 
 /* A limit on the magnitude. */
 static void check_magnitude(struct check *check, enum plan_violation_kind kind,
                             const struct motion_segment *segment,
-                            const struct motion_extreme *extreme, int64_t limit)
+                            struct plan_facts *facts,
+                            enum motion_quantity quantity, int64_t limit)
 {
+    const struct motion_extreme *extreme = &facts->extreme[quantity];
+
+    if (check_is_beyond(extreme, limit))
+        extreme = check_exact(segment, facts, quantity);
     const uint64_t min = motion_fixed_abs(extreme->min);
     const uint64_t max = motion_fixed_abs(extreme->max);
     const bool low =
@@ -141,8 +177,8 @@ static void check_magnitude(struct check *check, enum plan_violation_kind kind,
     bool over = (low ? min : max) > (uint64_t)limit;
 
     if (over && kind != PLAN_VEL)
-        over = check_is_above_planned(
-            segment, kind == PLAN_ACC ? MOTION_ACC : MOTION_JERK, limit);
+        over =
+            check_is_above_planned(segment, quantity, low ? min : max, limit);
     check_stretch(check, kind, over,
                   low ? extreme->min_ns_q12 : extreme->max_ns_q12,
                   low ? extreme->min : extreme->max, limit);
@@ -150,25 +186,29 @@ static void check_magnitude(struct check *check, enum plan_violation_kind kind,
 
 static void check_segment(struct check *check,
                           const struct motion_segment *segment,
-                          const struct motion_extreme extreme[])
+                          struct plan_facts *facts)
 {
     const struct plan_limit *limit = check->limit;
 
-    check_pos(check, &extreme[MOTION_POS]);
-    check_magnitude(check, PLAN_VEL, segment, &extreme[MOTION_VEL],
+    if (check_is_outside(check, &facts->extreme[MOTION_POS]))
+        (void)check_exact(segment, facts, MOTION_POS);
+    check_pos(check, &facts->extreme[MOTION_POS]);
+    check_magnitude(check, PLAN_VEL, segment, facts, MOTION_VEL,
                     limit->vel_q32);
-    check_magnitude(check, PLAN_ACC, segment, &extreme[MOTION_ACC],
+    check_magnitude(check, PLAN_ACC, segment, facts, MOTION_ACC,
                     limit->acc_q32);
     if (limit->jerk_q32 != 0)
-        check_magnitude(check, PLAN_JERK, segment, &extreme[MOTION_JERK],
+        check_magnitude(check, PLAN_JERK, segment, facts, MOTION_JERK,
                         limit->jerk_q32);
 }
 
-/* One side of a border: its derivatives and what rounding may have done to
- * them, in the units of their formats. */
+/* One side of a border, of no segment where the axis stands: velocity and
+ * acceleration, how exact they are, and what rounding may have done to them, in
+ * the units of their formats. */
 struct check_side {
-    struct motion_state state;
-    double vel_rounding, acc_rounding;
+    const struct motion_segment *segment;
+    bool is_end;
+    double value[2], margin[2], rounding[2];
 };
 
 static const struct check_side check_rest; /* all zero */
@@ -176,11 +216,22 @@ static const struct check_side check_rest; /* all zero */
 void plan_facts_of(const struct motion_segment *segment,
                    struct plan_facts *facts)
 {
-    motion_segment_extremes(segment, facts->extreme);
-    motion_segment_state(segment, 0, &facts->start);
-    motion_segment_state(segment, segment->dur_ns_q12, &facts->end);
+    plan_segment_bounds(segment, facts->bound);
+    for (int q = MOTION_POS; q <= MOTION_JERK; q++)
+        facts->extreme[q] =
+            (struct motion_extreme){ facts->bound[q].low, facts->bound[q].high,
+                                     segment->start_ns_q12,
+                                     segment->start_ns_q12 };
+    facts->exact = 0;
     facts->vel_rounding = motion_segment_rounding(segment, MOTION_VEL);
     facts->acc_rounding = motion_segment_rounding(segment, MOTION_ACC);
+}
+
+void plan_facts_exact(const struct motion_segment *segment,
+                      struct plan_facts *facts)
+{
+    motion_segment_extremes(segment, facts->extreme);
+    facts->exact = (1u << (MOTION_JERK + 1)) - 1;
 }
 
 static struct check_side check_side(const struct check *check,
@@ -192,13 +243,30 @@ static struct check_side check_side(const struct check *check,
     const double period_rate =
         check->limit->period_ns > 0 ? 1e9 / (double)check->limit->period_ns : 0;
     const double seen = rate < period_rate ? rate : period_rate;
-    struct check_side side;
+    const struct plan_bound *vel = &facts->bound[MOTION_VEL],
+                            *acc = &facts->bound[MOTION_ACC];
 
-    side.state = is_end ? facts->end : facts->start;
-    side.vel_rounding = (double)facts->vel_rounding + CHECK_VEL_DIGITS * seen;
-    side.acc_rounding =
-        (double)facts->acc_rounding + CHECK_ACC_DIGITS * seen * seen;
-    return side;
+    return (struct check_side){
+        .segment = segment,
+        .is_end = is_end,
+        .value = { is_end ? vel->end : vel->start,
+                   is_end ? acc->end : acc->start },
+        .margin = { vel->margin, acc->margin },
+        .rounding = { (double)facts->vel_rounding + CHECK_VEL_DIGITS * seen,
+                      (double)facts->acc_rounding +
+                          CHECK_ACC_DIGITS * seen * seen },
+    };
+}
+
+static struct motion_state check_state(const struct check_side *side)
+{
+    struct motion_state state = { 0 };
+
+    if (side->segment != NULL)
+        motion_segment_state(side->segment,
+                             side->is_end ? side->segment->dur_ns_q12 : 0,
+                             &state);
+    return state;
 }
 
 /* What is let pass of a limit of acceleration and one of jerk. */
@@ -215,18 +283,32 @@ static void check_sampling(struct check *check)
         (limit->jerk_q32 != 0 && by_jerk < by_acc ? by_jerk : by_acc);
 }
 
+/* Whether there surely is no step of velocity (0) or acceleration (1). */
+static bool check_joins(const struct check_side *left,
+                        const struct check_side *right, int i, double allowed)
+{
+    return fabs(left->value[i] - right->value[i]) + left->margin[i] +
+               right->margin[i] <
+           allowed;
+}
+
 static void check_border(struct check *check, int64_t t_ns_q12,
                          const struct check_side *left,
                          const struct check_side *right)
 {
-    check_step(check, PLAN_VEL_STEP, t_ns_q12, left->state.vel_q32,
-               right->state.vel_q32,
-               left->vel_rounding + right->vel_rounding + check->vel_sampling);
-    if (check->limit->jerk_q32 != 0)
-        check_step(check, PLAN_ACC_STEP, t_ns_q12, left->state.acc_q32,
-                   right->state.acc_q32,
-                   left->acc_rounding + right->acc_rounding +
-                       check->acc_sampling);
+    const bool has_jerk = check->limit->jerk_q32 != 0;
+    const double vel =
+        left->rounding[0] + right->rounding[0] + check->vel_sampling;
+    const double acc =
+        left->rounding[1] + right->rounding[1] + check->acc_sampling;
+
+    if (check_joins(left, right, 0, vel) &&
+        (!has_jerk || check_joins(left, right, 1, acc)))
+        return;
+    const struct motion_state a = check_state(left), b = check_state(right);
+    check_step(check, PLAN_VEL_STEP, t_ns_q12, a.vel_q32, b.vel_q32, vel);
+    if (has_jerk)
+        check_step(check, PLAN_ACC_STEP, t_ns_q12, a.acc_q32, b.acc_q32, acc);
 }
 
 static int check_by_time(const void *a, const void *b)
@@ -248,6 +330,7 @@ uint32_t plan_check_source(const struct motion_track *track,
                            .capacity = capacity };
     struct check_side left = check_rest;
     const struct motion_segment *segment = source->next(source->context);
+    struct motion_segment former; /* `next` may write over it */
     struct plan_facts own;
 
     check_sampling(&check);
@@ -257,15 +340,16 @@ uint32_t plan_check_source(const struct motion_track *track,
         check_pos(&check, &pos);
     }
     for (; segment != NULL; segment = source->next(source->context)) {
-        const struct plan_facts *facts =
+        struct plan_facts *facts =
             source->facts != NULL ? source->facts(source->context) : &own;
         if (facts == &own)
             plan_facts_of(segment, &own);
         const struct check_side right =
             check_side(&check, segment, facts, false);
         check_border(&check, segment->start_ns_q12, &left, &right);
-        check_segment(&check, segment, facts->extreme);
-        left = check_side(&check, segment, facts, true);
+        check_segment(&check, segment, facts);
+        former = *segment;
+        left = check_side(&check, &former, facts, true);
     }
     check_border(&check, track->end_ns_q12, &left, &check_rest);
     if (capacity != 0)

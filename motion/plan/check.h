@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "motion/plan/move.h"
+#include "motion/plan/plan_bound.h"
 
 enum plan_violation_kind {
     PLAN_POS_LOW,
@@ -43,14 +44,20 @@ uint32_t plan_check_track(const struct motion_track *track,
                           const struct plan_limit *limit,
                           struct plan_violation *violation, uint32_t capacity);
 
-/* What is judged of a segment, whatever the limits are. */
+/* What is judged of a segment, whatever the limits are.  Of the quantities in
+ * `exact`, a bit each, the extremes are known; of the others a range that holds
+ * them, which the check makes exact where that could be beyond a limit. */
 struct plan_facts {
+    struct plan_bound bound[MOTION_JERK + 1];
     struct motion_extreme extreme[MOTION_JERK + 1];
-    struct motion_state start, end;
+    uint8_t exact;
     int64_t vel_rounding, acc_rounding; /* motion_segment_rounding */
 };
 void plan_facts_of(const struct motion_segment *segment,
                    struct plan_facts *facts);
+/* And of all quantities the extremes. */
+void plan_facts_exact(const struct motion_segment *segment,
+                      struct plan_facts *facts);
 
 /* The same for a track whose segments come one after the other: `next` gives
  * them from the first on, and NULL after the last.  Of `track` only the end is
@@ -60,7 +67,7 @@ struct plan_check_source {
     void *context;
     /* Of the segment that came last, where they are there; NULL: they are
      * computed. */
-    const struct plan_facts *(*facts)(void *context);
+    struct plan_facts *(*facts)(void *context);
 };
 uint32_t plan_check_source(const struct motion_track *track,
                            const struct plan_check_source *source,

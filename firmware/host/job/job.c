@@ -18,6 +18,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/camera/plan_camera.h"
+#include "motion/plan/plan_bound.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_track.h"
 #include "motion/plan/shoot/plan_shoot.h"
@@ -76,7 +77,7 @@ int64_t job_peak(const struct motion_track *track,
                  enum motion_quantity quantity, int64_t *t_ns_q12)
 {
     struct motion_extreme extreme;
-    motion_track_extreme(track, quantity, &extreme);
+    plan_track_extreme(track, quantity, &extreme);
     bool low = motion_fixed_abs(extreme.min) > motion_fixed_abs(extreme.max);
     if (t_ns_q12 != NULL)
         *t_ns_q12 = low ? extreme.min_ns_q12 : extreme.max_ns_q12;
@@ -577,7 +578,7 @@ static const struct motion_segment *job_walk_next(void *context)
     return i < walk->count ? &job->track[walk->axis].segment[i] : NULL;
 }
 
-static const struct plan_facts *job_walk_facts(void *context)
+static struct plan_facts *job_walk_facts(void *context)
 {
     const struct job_walk *walk = context;
     return &walk->job->facts[walk->axis][walk->next - 1];
@@ -643,6 +644,14 @@ bool job_same_segment(const struct motion_segment *a,
            a->degree == b->degree;
 }
 
+/* A page draws extremes. */
+static void job_facts_of(const struct motion_segment *segment,
+                         struct plan_facts *facts)
+{
+    plan_facts_of(segment, facts);
+    plan_facts_exact(segment, facts);
+}
+
 /* Both tracks in the order of time. */
 static struct plan_facts *job_facts(const struct motion_track *track,
                                     const struct motion_track *former,
@@ -661,7 +670,7 @@ static struct plan_facts *job_facts(const struct motion_track *track,
             job_same_segment(segment, &former->segment[k]))
             facts[i] = known[k];
         else
-            plan_facts_of(segment, &facts[i]);
+            job_facts_of(segment, &facts[i]);
     }
     return facts;
 }

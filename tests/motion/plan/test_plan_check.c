@@ -456,6 +456,74 @@ static void the_check_agrees_with_dense_sampling(void **state)
     }
 }
 
+/* --- where extremes are looked for ---------------------------------------- */
+
+struct exact_source {
+    uint32_t next;
+    struct plan_facts facts;
+};
+
+static const struct motion_segment *exact_next(void *context)
+{
+    struct exact_source *source = context;
+
+    return source->next < track.count ? &track.segment[source->next++] : NULL;
+}
+
+/* All of them known beforehand. */
+static struct plan_facts *exact_facts(void *context)
+{
+    struct exact_source *source = context;
+    const struct motion_segment *segment = &track.segment[source->next - 1];
+
+    plan_facts_of(segment, &source->facts);
+    plan_facts_exact(segment, &source->facts);
+    return &source->facts;
+}
+
+/* Limits about as large as what the track needs. */
+static void bounds_change_no_violation(void **state)
+{
+    static struct plan_violation want[1000], is[1000];
+    uint64_t seed = 8;
+    uint32_t all = 0;
+
+    (void)state;
+    for (int round = 0; round < 300; round++) {
+        struct plan_limit limit =
+            limits(-40, 40, (double)check_random_in(&seed, 5, 400),
+                   (double)check_random_in(&seed, 5, 4000),
+                   (double)check_random_in(&seed, 0, 40000));
+        struct motion_state end = { 0 };
+        start_at(0);
+        for (int i = 0; i < 30; i++) {
+            const struct motion_state start = end;
+            end = (struct motion_state){
+                check_random_in(&seed, -45 * ONE, 45 * ONE),
+                check_random_in(&seed, -90 * ONE, 90 * ONE),
+                check_random_in(&seed, -90 * ONE, 90 * ONE), 0
+            };
+            assert_int_equal(0, motion_track_append_quintic(
+                                    &track,
+                                    check_random_in(&seed, SEC / 5, 2 * SEC),
+                                    &start, &end));
+        }
+        struct exact_source exact = { 0 };
+        const struct plan_check_source source = { exact_next, &exact,
+                                                  exact_facts };
+        const uint32_t count =
+            plan_check_source(&track, &source, &limit, want, ARRAY_LEN(want));
+        assert_int_equal(count,
+                         plan_check_track(&track, &limit, is, ARRAY_LEN(is)));
+        for (uint32_t i = 0; i < count; i++)
+            if (is[i].kind != want[i].kind || is[i].value != want[i].value ||
+                is[i].t_ns_q12 != want[i].t_ns_q12)
+                fail_msg("violation %u of round %d", (unsigned)i, round);
+        all += count;
+    }
+    assert_in_range(all, 2000, 100000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -477,6 +545,7 @@ int main(void)
         cmocka_unit_test(rounding_is_not_taken_for_a_step),
         cmocka_unit_test(an_empty_track_is_judged_by_where_it_stands),
         cmocka_unit_test(the_check_agrees_with_dense_sampling),
+        cmocka_unit_test(bounds_change_no_violation),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

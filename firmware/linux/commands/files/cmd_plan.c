@@ -16,6 +16,7 @@
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
+#include "motion/plan/plan_bound.h"
 #include "motion/plan/plan_track.h"
 
 static const char *const cmd_plan_curve[] = {
@@ -56,7 +57,7 @@ static void cmd_plan_row(struct table *table, const struct job *job,
     const struct motion_track *track = &job->track[axis];
     struct motion_extreme range;
     char low[NUMBER_MAX], high[NUMBER_MAX], t[NUMBER_MAX];
-    motion_track_extreme(track, MOTION_POS, &range);
+    plan_track_extreme(track, MOTION_POS, &range);
     number_seconds(t, track->end_ns_q12);
     number_short(low, range.min, 32);
     number_short(high, range.max, 32);
