@@ -141,14 +141,14 @@ static void check_pos(struct check *check, const struct motion_extreme *pos)
  * 2^-28; what is beyond the format is above every limit.  Further above than
  * that, which `size` is off by, there is no need to look where. */
 static bool check_is_above_planned(const struct motion_segment *segment,
+                                   const struct plan_facts *facts,
                                    enum motion_quantity quantity, uint64_t size,
                                    int64_t limit)
 {
     const int64_t most = limit < INT64_MAX - 1 - (limit >> 28)
                              ? limit + (limit >> 28)
                              : INT64_MAX - 1;
-    const uint64_t rounding =
-        (uint64_t)motion_segment_rounding(segment, quantity) + 4;
+    const uint64_t rounding = (uint64_t)facts->rounding[quantity] + 4;
 
     return (size > rounding && size - rounding > (uint64_t)most) ||
            motion_segment_peak(segment, quantity) > most;
@@ -177,8 +177,8 @@ static void check_magnitude(struct check *check, enum plan_violation_kind kind,
     bool over = (low ? min : max) > (uint64_t)limit;
 
     if (over && kind != PLAN_VEL)
-        over =
-            check_is_above_planned(segment, quantity, low ? min : max, limit);
+        over = check_is_above_planned(segment, facts, quantity, low ? min : max,
+                                      limit);
     check_stretch(check, kind, over,
                   low ? extreme->min_ns_q12 : extreme->max_ns_q12,
                   low ? extreme->min : extreme->max, limit);
@@ -202,11 +202,12 @@ static void check_segment(struct check *check,
                         limit->jerk_q32);
 }
 
-/* One side of a border, of no segment where the axis stands: velocity and
+/* One side of a border, without a segment where the axis stands: velocity and
  * acceleration, how exact they are, and what rounding may have done to them, in
  * the units of their formats. */
 struct check_side {
     const struct motion_segment *segment;
+    struct plan_facts *facts;
     bool is_end;
     double value[2], margin[2], rounding[2];
 };
@@ -216,15 +217,22 @@ static const struct check_side check_rest; /* all zero */
 void plan_facts_of(const struct motion_segment *segment,
                    struct plan_facts *facts)
 {
-    plan_segment_bounds(segment, facts->bound);
-    for (int q = MOTION_POS; q <= MOTION_JERK; q++)
+    struct plan_bound bound[MOTION_JERK + 1];
+
+    plan_segment_bounds(segment, bound);
+    *facts = (struct plan_facts){ .exact = 0 };
+    for (int q = MOTION_POS; q <= MOTION_JERK; q++) {
         facts->extreme[q] =
-            (struct motion_extreme){ facts->bound[q].low, facts->bound[q].high,
+            (struct motion_extreme){ bound[q].low, bound[q].high,
                                      segment->start_ns_q12,
                                      segment->start_ns_q12 };
-    facts->exact = 0;
-    facts->vel_rounding = motion_segment_rounding(segment, MOTION_VEL);
-    facts->acc_rounding = motion_segment_rounding(segment, MOTION_ACC);
+        facts->value[0][q] = bound[q].start;
+        facts->value[1][q] = bound[q].end;
+        facts->margin[q] = bound[q].margin;
+        if (q > MOTION_POS)
+            facts->rounding[q] =
+                motion_segment_rounding(segment, (enum motion_quantity)q);
+    }
 }
 
 void plan_facts_exact(const struct motion_segment *segment,
@@ -236,37 +244,47 @@ void plan_facts_exact(const struct motion_segment *segment,
 
 static struct check_side check_side(const struct check *check,
                                     const struct motion_segment *segment,
-                                    const struct plan_facts *facts, bool is_end)
+                                    struct plan_facts *facts, bool is_end)
 {
     const double rate =
         (double)MOTION_FIXED_S_Q12 / (double)segment->dur_ns_q12;
     const double period_rate =
         check->limit->period_ns > 0 ? 1e9 / (double)check->limit->period_ns : 0;
     const double seen = rate < period_rate ? rate : period_rate;
-    const struct plan_bound *vel = &facts->bound[MOTION_VEL],
-                            *acc = &facts->bound[MOTION_ACC];
+    const double *value = facts->value[is_end];
 
     return (struct check_side){
         .segment = segment,
+        .facts = facts,
         .is_end = is_end,
-        .value = { is_end ? vel->end : vel->start,
-                   is_end ? acc->end : acc->start },
-        .margin = { vel->margin, acc->margin },
-        .rounding = { (double)facts->vel_rounding + CHECK_VEL_DIGITS * seen,
-                      (double)facts->acc_rounding +
+        .value = { value[MOTION_VEL], value[MOTION_ACC] },
+        .margin = { facts->margin[MOTION_VEL], facts->margin[MOTION_ACC] },
+        .rounding = { (double)facts->rounding[MOTION_VEL] +
+                          CHECK_VEL_DIGITS * seen,
+                      (double)facts->rounding[MOTION_ACC] +
                           CHECK_ACC_DIGITS * seen * seen },
     };
 }
 
-static struct motion_state check_state(const struct check_side *side)
+/* Velocity and acceleration to the bit. */
+static void check_state(const struct check_side *side, int64_t value[2])
 {
-    struct motion_state state = { 0 };
+    struct plan_facts *facts = side->facts;
 
-    if (side->segment != NULL)
+    value[0] = value[1] = 0;
+    if (side->segment == NULL)
+        return;
+    if (!facts->has_state[side->is_end]) {
+        struct motion_state state;
         motion_segment_state(side->segment,
                              side->is_end ? side->segment->dur_ns_q12 : 0,
                              &state);
-    return state;
+        facts->vel_q32[side->is_end] = state.vel_q32;
+        facts->acc_q32[side->is_end] = state.acc_q32;
+        facts->has_state[side->is_end] = true;
+    }
+    value[0] = facts->vel_q32[side->is_end];
+    value[1] = facts->acc_q32[side->is_end];
 }
 
 /* What is let pass of a limit of acceleration and one of jerk. */
@@ -305,10 +323,12 @@ static void check_border(struct check *check, int64_t t_ns_q12,
     if (check_joins(left, right, 0, vel) &&
         (!has_jerk || check_joins(left, right, 1, acc)))
         return;
-    const struct motion_state a = check_state(left), b = check_state(right);
-    check_step(check, PLAN_VEL_STEP, t_ns_q12, a.vel_q32, b.vel_q32, vel);
+    int64_t a[2], b[2];
+    check_state(left, a);
+    check_state(right, b);
+    check_step(check, PLAN_VEL_STEP, t_ns_q12, a[0], b[0], vel);
     if (has_jerk)
-        check_step(check, PLAN_ACC_STEP, t_ns_q12, a.acc_q32, b.acc_q32, acc);
+        check_step(check, PLAN_ACC_STEP, t_ns_q12, a[1], b[1], acc);
 }
 
 static int check_by_time(const void *a, const void *b)
@@ -331,7 +351,7 @@ uint32_t plan_check_source(const struct motion_track *track,
     struct check_side left = check_rest;
     const struct motion_segment *segment = source->next(source->context);
     struct motion_segment former; /* `next` may write over it */
-    struct plan_facts own;
+    struct plan_facts own[2];
 
     check_sampling(&check);
     if (segment == NULL) {
@@ -339,11 +359,12 @@ uint32_t plan_check_source(const struct motion_track *track,
                                             .max = track->end.pos_q32 };
         check_pos(&check, &pos);
     }
-    for (; segment != NULL; segment = source->next(source->context)) {
+    for (int i = 0; segment != NULL;
+         segment = source->next(source->context), i ^= 1) {
         struct plan_facts *facts =
-            source->facts != NULL ? source->facts(source->context) : &own;
-        if (facts == &own)
-            plan_facts_of(segment, &own);
+            source->facts != NULL ? source->facts(source->context) : &own[i];
+        if (facts == &own[i])
+            plan_facts_of(segment, facts);
         const struct check_side right =
             check_side(&check, segment, facts, false);
         check_border(&check, segment->start_ns_q12, &left, &right);

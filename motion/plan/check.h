@@ -6,6 +6,7 @@
 #ifndef MOTION_PLAN_CHECK_H
 #define MOTION_PLAN_CHECK_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "motion/plan/move.h"
@@ -48,10 +49,14 @@ uint32_t plan_check_track(const struct motion_track *track,
  * `exact`, a bit each, the extremes are known; of the others a range that holds
  * them, which the check makes exact where that could be beyond a limit. */
 struct plan_facts {
-    struct plan_bound bound[MOTION_JERK + 1];
     struct motion_extreme extreme[MOTION_JERK + 1];
+    /* By motion_quantity, at the start and at the end, as plan_bound; and as
+     * motion_segment_state, once the check asked for it. */
+    double value[2][MOTION_JERK + 1], margin[MOTION_JERK + 1];
+    int64_t vel_q32[2], acc_q32[2];
+    int64_t rounding[MOTION_JERK + 1]; /* motion_segment_rounding, but of pos */
     uint8_t exact;
-    int64_t vel_rounding, acc_rounding; /* motion_segment_rounding */
+    bool has_state[2];
 };
 void plan_facts_of(const struct motion_segment *segment,
                    struct plan_facts *facts);

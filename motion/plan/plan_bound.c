@@ -10,18 +10,16 @@
 #define BOUND_UNITS    4
 #define BOUND_MOST     0x1p62
 
-/* The powers of u of a segment or of a derivative, in units of its format. */
+/* The powers of u of a segment, or of a derivative, in units of its format. */
 struct bound_polynomial {
     double power[MOTION_TRACK_DEGREE + 1];
-    int degree;
     double rate; /* du / dt, of 1 s */
 };
 
 static struct bound_polynomial
 bound_polynomial(const struct motion_segment *segment)
 {
-    struct bound_polynomial p = { .degree = MOTION_TRACK_DEGREE,
-                                  .rate = (double)MOTION_FIXED_S_Q12 /
+    struct bound_polynomial p = { .rate = (double)MOTION_FIXED_S_Q12 /
                                           (double)segment->dur_ns_q12 };
     double scale = segment->frac >= 0
                        ? 1 / (double)(INT64_C(1) << segment->frac)
@@ -36,9 +34,9 @@ bound_polynomial(const struct motion_segment *segment)
 
 static void bound_derive(struct bound_polynomial *p)
 {
-    for (int k = 1; k <= p->degree; k++)
+    for (int k = 1; k <= MOTION_TRACK_DEGREE; k++)
         p->power[k - 1] = p->power[k] * (k * p->rate);
-    p->degree--;
+    p->power[MOTION_TRACK_DEGREE] = 0;
 }
 
 static int64_t bound_whole(double value, int64_t beyond)
@@ -53,7 +51,8 @@ static int64_t bound_whole(double value, int64_t beyond)
 /* Ordinates b_j = sum C(j, k) / C(n, k) power_k; the first and the last are the
  * values at the ends. */
 static struct plan_bound bound_range(const struct motion_segment *segment,
-                                     const struct bound_polynomial *p)
+                                     const struct bound_polynomial *p,
+                                     enum motion_quantity quantity)
 {
     static const double
         over_choose[MOTION_JERK + 1][MOTION_TRACK_DEGREE + 1] = {
@@ -62,15 +61,15 @@ static struct plan_bound bound_range(const struct motion_segment *segment,
             { 1, 1.0 / 3, 1.0 / 3, 1 },
             { 1, 1.0 / 2, 1 },
         };
-    const int n = p->degree, order = MOTION_TRACK_DEGREE - n;
-    const double from = order == 0 ? (double)segment->pos_q32 : 0;
+    const int n = MOTION_TRACK_DEGREE - (int)quantity;
+    const double from = quantity == MOTION_POS ? (double)segment->pos_q32 : 0;
     const double coarse = segment->frac < 0 ? 1 << -segment->frac : 1;
     double point[MOTION_TRACK_DEGREE + 1] = { 0 };
     double size = from < 0 ? -from : from;
 
     for (int k = 0; k <= n; k++) {
         size += p->power[k] < 0 ? -p->power[k] : p->power[k];
-        point[k] = p->power[k] * over_choose[order][k];
+        point[k] = p->power[k] * over_choose[quantity][k];
     }
     for (int i = 1; i <= n; i++)
         for (int k = n; k >= i; k--)
@@ -94,7 +93,7 @@ struct plan_bound plan_segment_bound(const struct motion_segment *segment,
 
     for (int q = MOTION_POS; q < (int)quantity; q++)
         bound_derive(&p);
-    return bound_range(segment, &p);
+    return bound_range(segment, &p, quantity);
 }
 
 void plan_segment_bounds(const struct motion_segment *segment,
@@ -105,7 +104,7 @@ void plan_segment_bounds(const struct motion_segment *segment,
     for (int q = MOTION_POS; q <= MOTION_JERK; q++) {
         if (q > MOTION_POS)
             bound_derive(&p);
-        bound[q] = bound_range(segment, &p);
+        bound[q] = bound_range(segment, &p, (enum motion_quantity)q);
     }
 }
 

@@ -189,10 +189,10 @@ static double numbers_jerk(const struct motion_segment *segment,
     const double dur_s = numbers_seconds(segment->dur_ns_q12);
     const double u =
         (double)(t - segment->start_ns_q12) / (double)segment->dur_ns_q12;
-    const struct plan_bound *jerk = &facts->bound[MOTION_JERK],
-                            *acc = &facts->bound[MOTION_ACC];
-    const double start = jerk->start * 0x1p-32, end = jerk->end * 0x1p-32;
-    const double change = (acc->end - acc->start) * 0x1p-32;
+    const double start = facts->value[0][MOTION_JERK] * 0x1p-32,
+                 end = facts->value[1][MOTION_JERK] * 0x1p-32;
+    const double change =
+        (facts->value[1][MOTION_ACC] - facts->value[0][MOTION_ACC]) * 0x1p-32;
     const double middle = (6 * change / dur_s - start - end) / 4;
 
     return start * (1 - u) * (1 - 2 * u) + middle * 4 * u * (1 - u) +

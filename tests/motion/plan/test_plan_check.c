@@ -460,7 +460,7 @@ static void the_check_agrees_with_dense_sampling(void **state)
 
 struct exact_source {
     uint32_t next;
-    struct plan_facts facts;
+    struct plan_facts facts[200];
 };
 
 static const struct motion_segment *exact_next(void *context)
@@ -476,9 +476,11 @@ static struct plan_facts *exact_facts(void *context)
     struct exact_source *source = context;
     const struct motion_segment *segment = &track.segment[source->next - 1];
 
-    plan_facts_of(segment, &source->facts);
-    plan_facts_exact(segment, &source->facts);
-    return &source->facts;
+    struct plan_facts *facts = &source->facts[source->next - 1];
+
+    plan_facts_of(segment, facts);
+    plan_facts_exact(segment, facts);
+    return facts;
 }
 
 /* Limits about as large as what the track needs. */
@@ -508,7 +510,8 @@ static void bounds_change_no_violation(void **state)
                                     check_random_in(&seed, SEC / 5, 2 * SEC),
                                     &start, &end));
         }
-        struct exact_source exact = { 0 };
+        static struct exact_source exact;
+        exact.next = 0;
         const struct plan_check_source source = { exact_next, &exact,
                                                   exact_facts };
         const uint32_t count =
