@@ -53,16 +53,33 @@ void sim_servo_advance(struct sim_servo *self)
     }
 }
 
+static void sim_servo_feel(struct sim_servo *self, bool torque)
+{
+    const struct sim_winding *const winding = &self->plant.winding;
+    const enum sim_servo_heat heat = winding->hot && torque ? SIM_SERVO_HOT
+                                     : winding->warm        ? SIM_SERVO_WARM
+                                                            : SIM_SERVO_COOL;
+
+    if (heat == self->heat || self->ops->heat == NULL)
+        return;
+    self->heat = (uint8_t)heat;
+    self->ops->heat(self, heat);
+}
+
 void sim_servo_turn(struct sim_servo *self, bool torque, int64_t demand_q24,
                     int64_t demand_vel_q24, int64_t dt_ns)
 {
-    if (self->blocked)
+    if (self->blocked && torque && self->plant.winding.given)
+        sim_plant_press(&self->plant, demand_q24, demand_vel_q24, dt_ns);
+    else if (self->blocked)
         sim_plant_block(&self->plant);
     else if (torque)
         sim_plant_step(&self->plant, demand_q24, demand_vel_q24, dt_ns);
     else
         sim_plant_coast(&self->plant, dt_ns);
     self->plant_ns += dt_ns;
+    if (self->plant.winding.given)
+        sim_servo_feel(self, torque);
 }
 
 void sim_servo_boot(struct sim_servo *self, int64_t boot_ns)

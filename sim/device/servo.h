@@ -30,9 +30,11 @@ enum sim_servo_fault {
     SIM_SERVO_FAULTS,
 };
 
+enum sim_servo_heat { SIM_SERVO_COOL, SIM_SERVO_WARM, SIM_SERVO_HOT };
+
 struct sim_servo;
 
-/* The last four may be NULL: such a thing does not happen to it, and it has no
+/* The last five may be NULL: such a thing does not happen to it, and it has no
  * heartbeat. */
 struct sim_servo_ops {
     struct sim_member_ops member;
@@ -44,6 +46,9 @@ struct sim_servo_ops {
     /* With this code of its own, 0: of an over-current. */
     void (*trip)(struct sim_servo *self, uint32_t code);
     void (*reboot)(struct sim_servo *self);
+    /* By its I2t model its motor is warm, or not any more, or too hot: once, in a
+     * step, and again when there is torque again. */
+    void (*heat)(struct sim_servo *self, enum sim_servo_heat heat);
     uint32_t (*heartbeat_id)(const struct sim_servo *self); /* of the frames */
 };
 
@@ -59,6 +64,7 @@ struct sim_servo {
     int64_t plant_ns; /* up to where the plant has been integrated */
     int64_t boot_ns;  /* hears nothing before */
     bool deaf, ignores_state, nan, blocked, encoder_lost, frozen, unpowered;
+    uint8_t heat; /* that has been told */
     int64_t frozen_q24;
     int64_t jump_q24; /* what its encoder reports too much */
 };

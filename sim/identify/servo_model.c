@@ -19,7 +19,10 @@ static int model_plant(const struct sim_model_run *run, const double value[],
     config.omega_mrad_s = (uint32_t)llround(omega * value[SIM_MODEL_BANDWIDTH]);
     config.zeta_permille =
         (uint16_t)llround(1000 * value[SIM_MODEL_LOOP_DAMPING]);
-    return sim_plant_init(plant, &config, llround(run->target[0]));
+    const int err = sim_plant_init(plant, &config, llround(run->target[0]));
+    return err == MOTION_OK && run->has_winding
+               ? sim_plant_set_winding(plant, &run->winding)
+               : err;
 }
 
 static int model_load(const struct sim_model_run *run, const double value[],

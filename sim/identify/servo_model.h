@@ -39,7 +39,10 @@ struct sim_model_run {
     struct sim_plant_config plant; /* what its motor can; its loop's two are not
                                       looked at */
     struct sim_mechanics_config load; /* what is no parameter: weight, static
-                                         friction above Coulomb's, Stribeck's */
+                                         friction above Coulomb's, Stribeck's,
+                                         transmission, second mass */
+    bool has_winding;
+    struct sim_winding_config winding;
 };
 
 /* Where the encoder would have been in each row; with the first SIM_MODEL_RIGID

@@ -14,6 +14,7 @@ _Static_assert(GUARDS *SIM_DRIVETRAIN_INERTIAS <= SIM_HYBRID_GUARDS, "guards");
 
 #define SUBSTEP_MAX_S 0.25e-3
 #define SUBSTEP_RATE  0.25 /* substep x largest rate, see gauss.h */
+#define TWO_PI        6.283185307179586
 
 static void sim_drivetrain_log(struct sim_drivetrain *drive, double t_s,
                                const double *y, enum sim_drivetrain_kind kind,
@@ -30,11 +31,6 @@ static void sim_drivetrain_log(struct sim_drivetrain *drive, double t_s,
     drive->events_count++;
 }
 
-static bool sim_inertia_has_friction(const struct sim_inertia *inertia)
-{
-    return inertia->static_n_m > 0;
-}
-
 static double sim_inertia_friction(const struct sim_inertia *inertia,
                                    double speed)
 {
@@ -46,10 +42,46 @@ static double sim_inertia_friction(const struct sim_inertia *inertia,
                                       double_exp(-part * part);
 }
 
-static double sim_drivetrain_twist(const struct sim_drivetrain *drive,
-                                   const double *value, int i)
+/* Of the angle of inertia i's error, in turns of its period. */
+static double sim_drivetrain_phase(const struct sim_coupling *coupling,
+                                   double angle)
 {
-    return value[i] / drive->config.coupling[i].ratio - value[i + 1];
+    return TWO_PI / coupling->error_period_rad *
+           (angle - coupling->error_from_rad);
+}
+
+static double sim_drivetrain_twist(const struct sim_drivetrain *drive,
+                                   const double *y, int i)
+{
+    const struct sim_coupling *const coupling = &drive->config.coupling[i];
+    const double twist = y[i] / coupling->ratio - y[i + 1];
+
+    return coupling->error_rad == 0
+               ? twist
+               : twist + coupling->error_rad *
+                             double_sin(sim_drivetrain_phase(coupling, y[i]));
+}
+
+/* What coupling i turns speeds down by, there. */
+static double sim_drivetrain_turn(const struct sim_drivetrain *drive,
+                                  const double *y, int i)
+{
+    const struct sim_coupling *const coupling = &drive->config.coupling[i];
+    const double turn = 1 / coupling->ratio;
+
+    return coupling->error_rad == 0
+               ? turn
+               : turn + coupling->error_rad * TWO_PI /
+                            coupling->error_period_rad *
+                            double_cos(sim_drivetrain_phase(coupling, y[i]));
+}
+
+static double sim_drivetrain_twist_speed(const struct sim_drivetrain *drive,
+                                         const double *y, int i)
+{
+    const double *const speed = y + drive->config.inertias;
+
+    return sim_drivetrain_turn(drive, y, i) * speed[i] - speed[i + 1];
 }
 
 /* What flank `sign` of coupling i would carry: negative when it is apart or
@@ -59,13 +91,12 @@ static double sim_drivetrain_press(const struct sim_drivetrain *drive,
                                    double *torque)
 {
     const struct sim_coupling *const coupling = &drive->config.coupling[i];
-    const double *const speed = y + drive->config.inertias;
     const double depth =
         sign * sim_drivetrain_twist(drive, y, i) - 0.5 * coupling->gap_rad;
 
-    *torque =
-        coupling->stiffness_n_m_rad * depth +
-        coupling->damping_n_m_s * sign * sim_drivetrain_twist(drive, speed, i);
+    *torque = coupling->stiffness_n_m_rad * depth +
+              coupling->damping_n_m_s * sign *
+                  sim_drivetrain_twist_speed(drive, y, i);
     return fmin(depth, *torque);
 }
 
@@ -78,11 +109,38 @@ static double sim_drivetrain_coupling(const struct sim_drivetrain *drive,
     if (coupling->gap_rad <= 0)
         return coupling->stiffness_n_m_rad * sim_drivetrain_twist(drive, y, i) +
                coupling->damping_n_m_s *
-                   sim_drivetrain_twist(drive, y + drive->config.inertias, i);
+                   sim_drivetrain_twist_speed(drive, y, i);
     if (drive->pressed[i] == 0)
         return 0;
     sim_drivetrain_press(drive, y, i, drive->pressed[i], &torque);
     return drive->pressed[i] * torque;
+}
+
+/* Coulomb friction of inertia i that comes from what its coupling carries. */
+static double sim_drivetrain_loss(const struct sim_drivetrain *drive,
+                                  const double *y, int i)
+{
+    const struct sim_coupling *const coupling = &drive->config.coupling[i];
+
+    if (i + 1 >= drive->config.inertias || coupling->loss == 0)
+        return 0;
+    return coupling->loss * fabs(sim_drivetrain_coupling(drive, y, i) *
+                                 sim_drivetrain_turn(drive, y, i));
+}
+
+/* The most that holds inertia i at rest. */
+static double sim_drivetrain_holds(const struct sim_drivetrain *drive,
+                                   const double *y, int i)
+{
+    return drive->config.inertia[i].static_n_m +
+           sim_drivetrain_loss(drive, y, i);
+}
+
+static bool sim_drivetrain_rubs(const struct sim_drivetrain *drive, int i)
+{
+    return drive->config.inertia[i].static_n_m > 0 ||
+           (i + 1 < drive->config.inertias &&
+            drive->config.coupling[i].loss > 0);
 }
 
 static double sim_drivetrain_limited(double value, double limit)
@@ -147,7 +205,7 @@ static void sim_drivetrain_torques(const struct sim_drivetrain *drive,
                      sim_drivetrain_current(drive, input, t_s, y);
     for (int i = 0; i + 1 < n; i++) {
         const double carried = sim_drivetrain_coupling(drive, y, i);
-        torque[i] -= carried / config->coupling[i].ratio;
+        torque[i] -= carried * sim_drivetrain_turn(drive, y, i);
         torque[i + 1] += carried;
     }
 }
@@ -163,14 +221,15 @@ static void sim_drivetrain_rate(void *plant, double t_s, const double *y,
     sim_drivetrain_torques(drive, t_s, y, rate + n);
     for (int i = 0; i < n; i++) {
         const struct sim_inertia *const inertia = &config->inertia[i];
-        const bool dry = sim_inertia_has_friction(inertia);
+        const bool dry = sim_drivetrain_rubs(drive, i);
 
         rate[i] = y[n + i];
         if (drive->held[i] != 0 || (dry && drive->slip[i] == 0))
             rate[n + i] = 0;
         else if (dry)
             rate[n + i] -=
-                drive->slip[i] * sim_inertia_friction(inertia, y[n + i]);
+                drive->slip[i] * (sim_inertia_friction(inertia, y[n + i]) +
+                                  sim_drivetrain_loss(drive, y, i));
         rate[n + i] /= inertia->inertia_kg_m2;
     }
     rate[2 * (ptrdiff_t)n] = 0;
@@ -189,8 +248,9 @@ static double sim_drivetrain_guard_stop(const struct sim_drivetrain *drive,
     const struct sim_inertia *const inertia = &drive->config.inertia[i];
 
     if (drive->held[i] != 0)
-        return drive->held[i] == side ? side * applied + inertia->static_n_m
-                                      : 1;
+        return drive->held[i] == side
+                   ? side * applied + sim_drivetrain_holds(drive, y, i)
+                   : 1;
     if (side > 0)
         return inertia->stop.high ? inertia->stop.high_rad - y[i] : 1;
     return inertia->stop.low ? y[i] - inertia->stop.low_rad : 1;
@@ -200,12 +260,11 @@ static double sim_drivetrain_guard_friction(const struct sim_drivetrain *drive,
                                             const double *y, double applied,
                                             int i)
 {
-    const struct sim_inertia *const inertia = &drive->config.inertia[i];
-
-    if (!sim_inertia_has_friction(inertia) || drive->held[i] != 0)
+    if (!sim_drivetrain_rubs(drive, i) || drive->held[i] != 0)
         return 1;
-    return drive->slip[i] != 0 ? drive->slip[i] * y[drive->config.inertias + i]
-                               : inertia->static_n_m - fabs(applied);
+    return drive->slip[i] != 0
+               ? drive->slip[i] * y[drive->config.inertias + i]
+               : sim_drivetrain_holds(drive, y, i) - fabs(applied);
 }
 
 /* The ideal current loop: what is left of the voltage, or, at its limit, how
@@ -297,7 +356,7 @@ static void sim_drivetrain_at_friction(struct sim_drivetrain *drive, double t_s,
         return;
     }
     *speed = 0;
-    if (fabs(applied) > drive->config.inertia[i].static_n_m) {
+    if (fabs(applied) > sim_drivetrain_holds(drive, y, i)) {
         drive->slip[i] = sim_drivetrain_sign(applied);
         return;
     }

@@ -5,7 +5,12 @@
  * Coupling i turns inertia i down by its ratio N:
  *   twist = angle[i]/N - angle[i+1]
  *   torque = k (|twist| - gap/2) + c twist'   beyond the gap, never pulling
- * +torque acts on the load side, -torque/N on the motor side.  Friction is
+ * +torque acts on the load side, -torque/N on the motor side.  A transmission
+ * with the efficiency eta takes |torque|/N (1/eta - 1) as Coulomb friction on
+ * its motor side, so that it needs torque / (N eta) to drive the load and is
+ * driven by it with the efficiency 2 - 1/eta, as a screw is (Shigley, Mechanical
+ * Engineering Design, 8-2); an error of its pitch e(angle[i]) is added to
+ * angle[i]/N, and 1/N + e' turns speeds and torques.  Friction is
  * Coulomb, viscous and Stribeck,
  *   F(v) = coulomb + (static - coulomb) exp(-(v/stribeck)^2)    + viscous |v|
  * and at rest an inertia stands while the applied torque is within the static
@@ -15,7 +20,7 @@
  * The motor: L i' = V - R i - K speed, torque K i, or with inductance 0 an ideal
  * current loop behind a voltage limit.
  *
- * A belt or a screw is a coupling with its transmission as ratio; a drive that
+ * A belt or a screw is a coupling with its transmission as ratio; what
  * moves on a line is the same with kg, N, m in the place of kg m2, N m, rad.
  * Steps are those of hybrid.h: every start, stop and contact at its own time. */
 #ifndef SIM_PHYSICS_DRIVETRAIN_H
@@ -52,6 +57,13 @@ struct sim_coupling {
     double stiffness_n_m_rad, damping_n_m_s; /* > 0, >= 0; at the load side */
     double gap_rad;                          /* backlash, whole; 0: none */
     double ratio;                            /* > 0; 1 without a gear */
+    /* Of a screw or a belt, 0: none.  Coulomb friction of the inertia before it
+     * by the force that it carries: 1 / efficiency - 1, 0 .. 19. */
+    double loss;
+    /* Amplitude of the error of its pitch, a sine of angle[i] that is 0 and
+     * rises at error_from_rad; of error_period_rad (> 0 then), at most 1 / 2 in
+     * slope beside 1 / ratio. */
+    double error_rad, error_period_rad, error_from_rad;
 };
 
 struct sim_motor {

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#define TWO_PI 6.283185307179586
+
 static bool sim_positive(double value)
 {
     return isfinite(value) && value > 0;
@@ -30,6 +32,20 @@ static bool sim_inertia_is_legal(const struct sim_inertia *inertia)
            (!inertia->stop.low || isfinite(inertia->stop.low_rad));
 }
 
+static bool sim_coupling_is_legal(const struct sim_coupling *coupling)
+{
+    return sim_positive(coupling->stiffness_n_m_rad) &&
+           sim_not_negative(coupling->damping_n_m_s) &&
+           sim_not_negative(coupling->gap_rad) &&
+           sim_positive(coupling->ratio) && coupling->loss >= 0 &&
+           coupling->loss <= 19 && sim_not_negative(coupling->error_rad) &&
+           isfinite(coupling->error_from_rad) &&
+           (coupling->error_rad == 0 ||
+            (sim_positive(coupling->error_period_rad) &&
+             coupling->error_rad * 2 * TWO_PI * coupling->ratio <=
+                 coupling->error_period_rad));
+}
+
 bool sim_drivetrain_is_legal(const struct sim_drivetrain_config *config)
 {
     const struct sim_motor *const motor = &config->motor;
@@ -37,15 +53,10 @@ bool sim_drivetrain_is_legal(const struct sim_drivetrain_config *config)
     if (config->inertias < 1 || config->inertias > SIM_DRIVETRAIN_INERTIAS)
         return false;
     for (int i = 0; i < config->inertias; i++) {
-        const struct sim_coupling *const coupling = &config->coupling[i];
-
         if (!sim_inertia_is_legal(&config->inertia[i]))
             return false;
         if (i + 1 < config->inertias &&
-            (!sim_positive(coupling->stiffness_n_m_rad) ||
-             !sim_not_negative(coupling->damping_n_m_s) ||
-             !sim_not_negative(coupling->gap_rad) ||
-             !sim_positive(coupling->ratio)))
+            !sim_coupling_is_legal(&config->coupling[i]))
             return false;
     }
     return motor->torque_constant_n_m_a == 0 ||
@@ -73,9 +84,14 @@ double sim_drivetrain_fastest(const struct sim_drivetrain_config *config)
             if (j < 0 || j + 1 >= config->inertias)
                 continue;
             const struct sim_coupling *const coupling = &config->coupling[j];
-            const double turn = j == i ? 1 / coupling->ratio : 1;
-            stiffness += coupling->stiffness_n_m_rad * turn * (turn + 1);
-            damping += coupling->damping_n_m_s * turn * (turn + 1);
+            const double error =
+                coupling->error_rad == 0
+                    ? 0
+                    : coupling->error_rad * TWO_PI / coupling->error_period_rad;
+            const double turn = j == i ? 1 / coupling->ratio + error : 1;
+            const double part = turn * (turn + 1) * (1 + coupling->loss);
+            stiffness += coupling->stiffness_n_m_rad * part;
+            damping += coupling->damping_n_m_s * part;
         }
         if (i == 0) {
             stiffness += config->loop.kp_n_m_rad;

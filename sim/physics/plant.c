@@ -66,6 +66,25 @@ int sim_plant_init(struct sim_plant *plant,
     return MOTION_OK;
 }
 
+int sim_plant_set_winding(struct sim_plant *plant,
+                          const struct sim_winding_config *config)
+{
+    const int err = sim_winding_init(&plant->winding, config);
+    const double rate = config->stall_counts_s2 / config->no_load_counts_s;
+
+    /* it slows down by the torque of the step before: rate h <= 1/8 */
+    if (err == MOTION_OK && config->stall_counts_s2 > 0 &&
+        (double)plant->inner_max_ns * rate > 1.25e8)
+        plant->inner_max_ns = (int64_t)(1.25e8 / rate);
+    return err;
+}
+
+int sim_plant_set_loops(struct sim_plant *plant,
+                        const struct sim_loops_config *config)
+{
+    return sim_loops_init(&plant->loops, config);
+}
+
 /* dt in seconds; divides only when dt is not that of the last step. */
 static int64_t sim_plant_step_s_q60(struct sim_plant *plant, int64_t dt_ns)
 {
@@ -214,6 +233,47 @@ static void sim_plant_turn_load(struct sim_plant *plant, int64_t step_s_q60)
         plant->vel_q24 = 0;
 }
 
+/* What its voltage leaves of the torque, and the heat of that. */
+static int64_t sim_plant_wind_q8(struct sim_plant *plant, int64_t acc_q8,
+                                 int64_t step_s_q60)
+{
+    const double wanted = (double)acc_q8 / 256;
+    const double torque = sim_winding_torque(&plant->winding, wanted,
+                                             (double)plant->vel_q24 * 0x1p-24);
+
+    sim_winding_heat(&plant->winding, torque, sim_plant_seconds(step_s_q60));
+    plant->loops.held = torque != wanted;
+    if (torque == wanted)
+        return acc_q8;
+    plant->saturated = true;
+    return llround(torque * 256);
+}
+
+/* A step with that torque, of the rotor and what is on it. */
+static void sim_plant_turn(struct sim_plant *plant, int64_t torque_q8,
+                           int64_t step_s_q60)
+{
+    if (plant->winding.given)
+        torque_q8 = sim_plant_wind_q8(plant, torque_q8, step_s_q60);
+    plant->acc_q8 = torque_q8 + plant->pull_q8;
+    if (plant->friction_q8 > 0)
+        plant->acc_q8 = sim_plant_rub_q8(plant, plant->acc_q8, step_s_q60);
+    if (plant->pressed) {
+        plant->vel_q24 = 0;
+        return;
+    }
+    if (plant->mechanics != NULL) {
+        sim_plant_turn_load(plant, step_s_q60);
+        return;
+    }
+    /* < 2^48 x 2^51; Q8 x Q60 to Q24 */
+    plant->vel_q24 +=
+        sim_plant_shift_round((sim_i128)plant->acc_q8 * step_s_q60, 44);
+    if (sim_plant_limit(&plant->vel_q24, plant->config.vel_max_counts_s << 24))
+        plant->saturated = true;
+    sim_plant_move(plant, step_s_q60);
+}
+
 /* One inner step; the set point at its begin and its slope. */
 static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
                             int64_t target_vel_q24, int64_t step_s_q60)
@@ -234,19 +294,50 @@ static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
         pull = pull > 0 ? acc_max : -acc_max;
         plant->saturated = true;
     }
-    plant->acc_q8 = sim_plant_shift_round(pull, 32) + plant->pull_q8;
-    if (plant->friction_q8 > 0)
-        plant->acc_q8 = sim_plant_rub_q8(plant, plant->acc_q8, step_s_q60);
-    if (plant->mechanics != NULL) {
-        sim_plant_turn_load(plant, step_s_q60);
-        return;
+    sim_plant_turn(plant, sim_plant_shift_round(pull, 32), step_s_q60);
+}
+
+/* ---- a cascade of loops ---- */
+
+/* A sample of the current loop `ago_ns` before the end of the step. */
+static void sim_plant_sample(struct sim_plant *plant, int64_t target_q24,
+                             int64_t target_vel_q24, int64_t ago_ns)
+{
+    const double vel = (double)target_vel_q24 * 0x1p-24;
+    const double at = (double)sim_plant_measured_q24(plant) * 0x1p-24;
+    bool limited;
+    const struct sim_loops_input input = {
+        .target = (double)target_q24 * 0x1p-24 - vel * 1e-9 * (double)ago_ns,
+        .target_vel = vel,
+        .position = at,
+        .speed = (double)plant->vel_q24 * 0x1p-24,
+        .push = (double)plant->push_q8 / 256,
+        .most = (double)plant->config.acc_max_counts_s2,
+    };
+
+    sim_loops_sample(&plant->loops, &input, &limited);
+    plant->saturated |= limited;
+    plant->loops.wait_ns = plant->loops.config.current_ns;
+}
+
+/* From sample to sample of the current loop, wherever the step ends. */
+static void sim_plant_cascade(struct sim_plant *plant, int64_t target_q24,
+                              int64_t target_vel_q24, int64_t dt_ns)
+{
+    struct sim_loops *const loops = &plant->loops;
+
+    while (dt_ns > 0) {
+        if (loops->wait_ns == 0)
+            sim_plant_sample(plant, target_q24, target_vel_q24, dt_ns);
+        int64_t step_ns = loops->wait_ns < dt_ns ? loops->wait_ns : dt_ns;
+        if (step_ns > plant->inner_max_ns)
+            step_ns = plant->inner_max_ns;
+        const int64_t torque_q8 = llround(loops->torque * 256);
+        sim_plant_turn(plant, plant->reversed ? -torque_q8 : torque_q8,
+                       sim_plant_step_s_q60(plant, step_ns));
+        loops->wait_ns -= step_ns;
+        dt_ns -= step_ns;
     }
-    /* < 2^48 x 2^51; Q8 x Q60 to Q24 */
-    plant->vel_q24 +=
-        sim_plant_shift_round((sim_i128)plant->acc_q8 * step_s_q60, 44);
-    if (sim_plant_limit(&plant->vel_q24, plant->config.vel_max_counts_s << 24))
-        plant->saturated = true;
-    sim_plant_move(plant, step_s_q60);
 }
 
 void sim_plant_step(struct sim_plant *plant, int64_t target_q24,
@@ -256,6 +347,12 @@ void sim_plant_step(struct sim_plant *plant, int64_t target_q24,
     int64_t step_s_q60 = sim_plant_step_s_q60(plant, dt_ns);
     int64_t travel_q24, from_q24;
 
+    if (plant->loops.given) {
+        plant->saturated = false;
+        sim_plant_cascade(plant, target_q24, target_vel_q24, dt_ns);
+        sim_plant_measure(plant);
+        return;
+    }
     if (count > 1)
         step_s_q60 /= count;
     travel_q24 =
@@ -292,6 +389,10 @@ void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns)
 
     plant->acc_q8 = 0;
     plant->saturated = false;
+    if (plant->loops.given)
+        sim_loops_reset(&plant->loops);
+    if (plant->winding.given)
+        sim_winding_heat(&plant->winding, 0, sim_plant_seconds(step_s_q60));
     sim_plant_slow(plant, step_s_q60);
     if (plant->mechanics != NULL)
         sim_mechanics_drag(plant->mechanics, sim_plant_seconds(step_s_q60),
@@ -312,4 +413,12 @@ void sim_plant_block(struct sim_plant *plant)
     plant->vel_q24 = 0;
     plant->acc_q8 = 0;
     sim_plant_measure(plant);
+}
+
+void sim_plant_press(struct sim_plant *plant, int64_t target_q24,
+                     int64_t target_vel_q24, int64_t dt_ns)
+{
+    plant->pressed = true;
+    sim_plant_step(plant, target_q24, target_vel_q24, dt_ns);
+    plant->pressed = false;
 }

@@ -21,6 +21,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "sim/physics/loops.h"
+#include "sim/physics/winding.h"
+
 #define SIM_PLANT_STEP_MAX_NS 1000000
 
 struct sim_plant_config {
@@ -53,6 +56,7 @@ struct sim_plant {
      * stands while the motor presses on. */
     int64_t friction_q8;
     bool reversed;
+    bool pressed;   /* something holds the rotor in this step */
     bool has_stops; /* the rotor goes no further than low .. high */
     int64_t low_q24, high_q24;
     int64_t met_q24; /* the highest speed at which it met one, counts/s */
@@ -62,6 +66,9 @@ struct sim_plant {
     int64_t encoder_noise_q24; /* standard deviation, counts, 0 .. 2^48 */
     uint64_t encoder_seed;     /* not 0 */
     int64_t encoder_error_q24; /* at the last step: measured less true */
+    /* sim_plant_set_winding, sim_plant_set_loops: neither after init. */
+    struct sim_winding winding;
+    struct sim_loops loops; /* in the place of omega and zeta */
     /* private: gains, and the length of the last step */
     int64_t spring_q16;  /* omega^2, 1/s2, < 2^40 */
     int64_t damping_q16; /* 2 zeta omega, 1/s, < 2^31 */
@@ -72,6 +79,13 @@ struct sim_plant {
 /* MOTION_E_ARG when a value is outside the ranges above. */
 int sim_plant_init(struct sim_plant *plant,
                    const struct sim_plant_config *config, int64_t pos_counts);
+
+/* Its motor has that winding, its servo these loops, from now on.  MOTION_E_ARG:
+ * see winding.h and loops.h. */
+int sim_plant_set_winding(struct sim_plant *plant,
+                          const struct sim_winding_config *config);
+int sim_plant_set_loops(struct sim_plant *plant,
+                        const struct sim_loops_config *config);
 
 /* One step of dt_ns (1 .. SIM_PLANT_STEP_MAX_NS).  target is where the set
  * point is at the end of the step, to which it came with target_vel. */
@@ -86,8 +100,11 @@ void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns);
  * torque: its brake is stronger. */
 void sim_plant_pull(struct sim_plant *plant, double counts_s2);
 
-/* Something holds the rotor: it stands at once, whatever the torque. */
+/* Something holds the rotor: it stands at once, whatever the torque.  _press: a
+ * step of the loop against it, which is what heats a winding. */
 void sim_plant_block(struct sim_plant *plant);
+void sim_plant_press(struct sim_plant *plant, int64_t target_q24,
+                     int64_t target_vel_q24, int64_t dt_ns);
 
 /* Where the encoder says that it is. */
 int64_t sim_plant_measured_q24(const struct sim_plant *plant);

@@ -30,8 +30,12 @@ static double sim_thermal_heat(const struct sim_thermal *thermal,
 void sim_thermal_step(struct sim_thermal *thermal, double begin_s,
                       double step_s, const struct sim_signal *current_a)
 {
-    const double half =
-        double_exp(-0.5 * step_s / thermal->config.time_constant_s);
+    if (step_s != thermal->step_s) {
+        thermal->step_s = step_s;
+        thermal->half =
+            double_exp(-0.5 * step_s / thermal->config.time_constant_s);
+    }
+    const double half = thermal->half;
     const double before = thermal->load;
     const double start = sim_thermal_heat(thermal, current_a, 0);
     const double middle = sim_thermal_heat(thermal, current_a, 0.5 * step_s);

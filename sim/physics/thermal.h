@@ -22,6 +22,8 @@ struct sim_thermal {
     double load;   /* part of the rated heat */
     bool tripped;  /* load has reached trip_load */
     double trip_s; /* first at this time */
+    /* private: what a step leaves of the load after half of it */
+    double step_s, half;
 };
 
 /* MOTION_E_ARG when a value is outside the ranges above, or load is negative. */

@@ -72,6 +72,30 @@ struct rig_sim_load {
     double viscous_1_s;
     int64_t stribeck_q32;
     int64_t stop_q32[2];
+    /* of the transmission to it; efficiency 0: 1, pitch error 0: none */
+    double efficiency;
+    int64_t pitch_q32, pitch_error_q32;
+    struct rig_sim_second {
+        double inertia_ratio, frequency_hz,
+            damping; /* 0: there is none; 0.02 */
+        int64_t backlash_q32;
+    } second;
+};
+
+/* sim/physics/winding.h, in the axis's units; 0: no limit by it. */
+struct rig_sim_motor {
+    bool given;
+    int64_t stall_q32, no_load_q32, rated_q32;
+    int64_t thermal_ns;
+    double warm_load; /* 0.9 */
+};
+
+/* sim/physics/loops.h; not given: a loop of second order. */
+struct rig_sim_loops {
+    bool given;
+    double position_hz, velocity_hz, current_hz;  /* current: 1000 */
+    int64_t reset_ns;                             /* 20 ms; 0: none */
+    int64_t position_ns, velocity_ns, current_ns; /* 1 ms, 250, 62.5 us */
 };
 
 /* Where a simulated CiA 402 drive is not as slew's own: sim/device/cia402. */
@@ -101,7 +125,8 @@ struct rig_sim {
     uint32_t omega_mrad_s;  /* bandwidth of the position loop; 25 Hz */
     uint16_t zeta_permille; /* damping; 900 */
     int64_t start_q32;      /* 0, or the nearest position the axis can have */
-    int64_t vel_max_q32;    /* of the motor; 1.5 x the axis's limit */
+    int64_t vel_max_q32;    /* of the motor; 1.5 x the axis's limit, 1.25 x its
+                               no-load speed */
     int64_t acc_max_q32;    /* of the motor; 2 x the stop acceleration */
     /* of a CiA 402 drive, in its 0x60FD; as positions are at power-on */
     bool has_limits, has_home;
@@ -117,6 +142,8 @@ struct rig_sim {
     uint8_t device;
     struct rig_sim_quirks quirks; /* of a CiA 402 drive; none */
     struct rig_sim_load load;     /* a motor alone */
+    struct rig_sim_motor motor;   /* not limited but by vel_max, acc_max */
+    struct rig_sim_loops loops;
 };
 
 /* The drive's units of velocity or acceleration per counts/s or counts/s2; num

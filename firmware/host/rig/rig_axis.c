@@ -91,7 +91,9 @@ static void rig_complete_axis(struct rig_axis *axis)
         axis->stop_jerk_q32 = axis->limit.jerk_q32;
     if (axis->sim.vel_max_q32 == 0)
         axis->sim.vel_max_q32 =
-            rig_saturated_product(axis->limit.vel_q32, 3, 2);
+            axis->sim.motor.no_load_q32 > 0
+                ? rig_saturated_product(axis->sim.motor.no_load_q32, 5, 4)
+                : rig_saturated_product(axis->limit.vel_q32, 3, 2);
     if (axis->sim.acc_max_q32 == 0)
         axis->sim.acc_max_q32 = rig_saturated_product(axis->stop_acc_q32, 2, 1);
     if (axis->sim.start_q32 == RIG_NOT_GIVEN)

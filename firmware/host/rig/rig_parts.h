@@ -79,6 +79,8 @@ int rig_read_sim(void *reader, const struct yaml_value *value, void *out);
 int rig_read_sim_quirks(void *reader, const struct yaml_value *value,
                         void *out);
 int rig_read_sim_load(void *reader, const struct yaml_value *value, void *out);
+int rig_read_sim_motor(void *reader, const struct yaml_value *value, void *out);
+int rig_read_sim_loops(void *reader, const struct yaml_value *value, void *out);
 int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
@@ -152,14 +154,15 @@ int rig_read_ratio(struct rig_reader *reader, const struct yaml_value *value,
 
 extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_following_shape, rig_counts_shape, rig_sim_shape, rig_virtual_sim_shape,
-    rig_sim_load_shape, rig_encoder_shape, rig_homing_shape, rig_shaper_shape,
-    rig_axis_shape, rig_bus_shape, rig_line_shape, rig_modbus_bus_shape,
-    rig_can_bus_shape, rig_scale_shape, rig_option_shape, rig_times_shape,
-    rig_pdo_shape, rig_kinematics_shape, rig_linear_shape, rig_slide_shape,
-    rig_joint_shape, rig_arc_shape, rig_rail_shape, rig_arm_shape,
-    rig_link_shape, rig_tool_shape, rig_base_shape, rig_gantry_shape,
-    rig_jib_shape, rig_head_shape, rig_table_shape, rig_lens_shape,
-    rig_payload_shape, rig_quirks_shape;
+    rig_sim_load_shape, rig_sim_second_shape, rig_transmission_shape,
+    rig_sim_motor_shape, rig_sim_loops_shape, rig_encoder_shape,
+    rig_homing_shape, rig_shaper_shape, rig_axis_shape, rig_bus_shape,
+    rig_line_shape, rig_modbus_bus_shape, rig_can_bus_shape, rig_scale_shape,
+    rig_option_shape, rig_times_shape, rig_pdo_shape, rig_kinematics_shape,
+    rig_linear_shape, rig_slide_shape, rig_joint_shape, rig_arc_shape,
+    rig_rail_shape, rig_arm_shape, rig_link_shape, rig_tool_shape,
+    rig_base_shape, rig_gantry_shape, rig_jib_shape, rig_head_shape,
+    rig_table_shape, rig_lens_shape, rig_payload_shape, rig_quirks_shape;
 #define RIG_KIND_SHAPE(NAME, name, word)                                       \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)

@@ -172,6 +172,11 @@ static const struct yaml_field rig_sim_fields[] = {
       rig_read_sim_quirks, offsetof(struct rig_sim, quirks) },
     { "load", YAML_OPTIONAL, "a map with inertia and frequency",
       rig_read_sim_load, offsetof(struct rig_sim, load) },
+    { "motor", YAML_OPTIONAL,
+      "a map of stall and no_load_speed, rated and thermal_time",
+      rig_read_sim_motor, offsetof(struct rig_sim, motor) },
+    { "loops", YAML_OPTIONAL, "a map with position and velocity",
+      rig_read_sim_loops, offsetof(struct rig_sim, loops) },
 };
 const struct yaml_shape rig_sim_shape = { "sim", rig_sim_fields,
                                           ARRAY_LEN(rig_sim_fields) };

@@ -95,7 +95,9 @@ int rig_read_time(struct rig_reader *reader, const struct yaml_value *value,
         return yaml_value_refuse(value, "%s is out of range", quote);
     if (ns_q12 % (step_ns * MOTION_FIXED_NS_Q12) != 0)
         return yaml_value_refuse(value, "%s is not a whole number of %s", quote,
-                                 step_ns == RIG_MS ? "ms" : "us");
+                                 step_ns == RIG_MS   ? "ms"
+                                 : step_ns == RIG_US ? "us"
+                                                     : "ns");
     *out_ns = ns_q12 / MOTION_FIXED_NS_Q12;
     return 0;
 }

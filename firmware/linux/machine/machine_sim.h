@@ -82,7 +82,13 @@ int machine_sim_servo_config(const struct rig *rig, unsigned i,
 /* What the simulated plant of an axis is like, and where it stands. */
 int machine_sim_plant(const struct rig_axis *axis,
                       struct sim_plant_config *plant, int32_t *start_counts);
-/* machine_sim_load.c: its encoder, and what it turns, at the place where it
+/* machine_sim_load.c: in counts, what the rig says of its load, without stops, and
+ * of its motor. */
+void machine_sim_load_config(const struct rig_axis *axis,
+                             struct sim_mechanics_config *config);
+void machine_sim_winding_config(const struct rig_axis *axis,
+                                struct sim_winding_config *config);
+/* Its encoder, and what it turns, at the place where it
  * stays; number: of the axis in its rig; mechanics: NULL without a load.  loads:
  * of all axes of a simulation; *axis is the one that an error is about. */
 int machine_sim_attach(const struct rig_axis *axis, unsigned number,

@@ -25,14 +25,14 @@ static int machine_sim_stops(const struct rig_axis *axis,
     return err;
 }
 
-static int machine_sim_attach_load(const struct rig_axis *axis,
-                                   struct sim_plant *plant,
-                                   struct sim_mechanics *mechanics)
+void machine_sim_load_config(const struct rig_axis *axis,
+                             struct sim_mechanics_config *config)
 {
     const struct rig_sim_load *load = &axis->sim.load;
     const double factor = machine_sim_factor(axis);
     const double size = fabs(factor);
-    struct sim_mechanics_config config = {
+
+    *config = (struct sim_mechanics_config){
         .inertia_ratio = load->inertia_ratio,
         .frequency_hz = load->frequency_hz,
         .damping = load->damping,
@@ -43,14 +43,74 @@ static int machine_sim_attach_load(const struct rig_axis *axis,
         .viscous_1_s = load->viscous_1_s,
         .weight_counts_s2 = (double)load->weight_q32 * factor,
         .has_stops = load->has_stops,
+        .second = { .inertia_ratio = load->second.inertia_ratio,
+                    .frequency_hz = load->second.frequency_hz,
+                    .damping = load->second.damping,
+                    .backlash_counts =
+                        (double)load->second.backlash_q32 * size },
+        .transmission = { .efficiency = load->efficiency,
+                          .pitch_error_counts =
+                              (double)load->pitch_error_q32 * size,
+                          .pitch_counts = (double)load->pitch_q32 * size },
     };
-    int err = load->has_stops ? machine_sim_stops(axis, &config) : MOTION_OK;
+}
+
+static int machine_sim_attach_load(const struct rig_axis *axis,
+                                   struct sim_plant *plant,
+                                   struct sim_mechanics *mechanics)
+{
+    struct sim_mechanics_config config;
+
+    machine_sim_load_config(axis, &config);
+    int err = config.has_stops ? machine_sim_stops(axis, &config) : MOTION_OK;
 
     if (err == MOTION_OK)
         err = sim_mechanics_init(mechanics, &config, plant->pos_q24);
     if (err == MOTION_OK)
         plant->mechanics = mechanics;
     return err;
+}
+
+void machine_sim_winding_config(const struct rig_axis *axis,
+                                struct sim_winding_config *config)
+{
+    const struct rig_sim_motor *const motor = &axis->sim.motor;
+    const double size = fabs(machine_sim_factor(axis));
+
+    *config = (struct sim_winding_config){
+        .stall_counts_s2 = (double)motor->stall_q32 * size,
+        .no_load_counts_s = (double)motor->no_load_q32 * size,
+        .rated_counts_s2 = (double)motor->rated_q32 * size,
+        .time_constant_s = 1e-9 * (double)motor->thermal_ns,
+        .warm_load = motor->warm_load,
+    };
+}
+
+static int machine_sim_attach_motor(const struct rig_axis *axis,
+                                    struct sim_plant *plant)
+{
+    struct sim_winding_config config;
+
+    machine_sim_winding_config(axis, &config);
+    return axis->sim.motor.given ? sim_plant_set_winding(plant, &config)
+                                 : MOTION_OK;
+}
+
+static int machine_sim_attach_loops(const struct rig_axis *axis,
+                                    struct sim_plant *plant)
+{
+    const struct rig_sim_loops *const loops = &axis->sim.loops;
+    const struct sim_loops_config config = {
+        .position_hz = loops->position_hz,
+        .velocity_hz = loops->velocity_hz,
+        .current_hz = loops->current_hz,
+        .reset_s = 1e-9 * (double)loops->reset_ns,
+        .position_ns = loops->position_ns,
+        .velocity_ns = loops->velocity_ns,
+        .current_ns = loops->current_ns,
+    };
+
+    return loops->given ? sim_plant_set_loops(plant, &config) : MOTION_OK;
 }
 
 /* Counts, with 24 fraction bits; beyond the motor's range it is as far. */
@@ -69,6 +129,11 @@ int machine_sim_attach(const struct rig_axis *axis, unsigned number,
     plant->encoder_noise_q24 =
         machine_sim_length_q24(axis, axis->sim.encoder_noise_q32);
     plant->encoder_seed = number + 1;
+    int err = machine_sim_attach_motor(axis, plant);
+    if (err == MOTION_OK)
+        err = machine_sim_attach_loops(axis, plant);
+    if (err < 0)
+        return err;
     return axis->sim.load.given
                ? machine_sim_attach_load(axis, plant, mechanics)
                : MOTION_OK;

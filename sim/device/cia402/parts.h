@@ -70,6 +70,8 @@ enum cia402_motion {
 enum cia402_emcy {
     CIA402_EMCY_NONE = 0x0000,
     CIA402_EMCY_OVERCURRENT = 0x2310,
+    CIA402_EMCY_OVERLOAD = 0x2350, /* I2t; one more: the warning before it */
+    CIA402_EMCY_LOAD_WARNING = 0x2351,
     CIA402_EMCY_HEARTBEAT = 0x8130,
     CIA402_EMCY_PDO_SHORT = 0x8210,
     CIA402_EMCY_PDO_LONG = 0x8220,

@@ -256,6 +256,18 @@ static void sim_cia402_reboot(struct sim_servo *base)
         sim_cia402_schedule(self);
 }
 
+static void sim_cia402_heat(struct sim_servo *base, enum sim_servo_heat heat)
+{
+    struct sim_cia402 *self = CONTAINER_OF(base, struct sim_cia402, base);
+
+    if (heat == SIM_SERVO_HOT)
+        cia402_power_fault(self, CIA402_EMCY_OVERLOAD, CIA402_ERROR_CURRENT);
+    else if (heat == SIM_SERVO_COOL)
+        cia402_com_error_gone(self, CIA402_ERROR_CURRENT);
+    else if (self->power < CIA402_POWER_REACTION)
+        cia402_com_error(self, CIA402_EMCY_LOAD_WARNING, CIA402_ERROR_CURRENT);
+}
+
 static uint32_t sim_cia402_heartbeat_id(const struct sim_servo *base)
 {
     return 0x700u +
@@ -268,6 +280,7 @@ static const struct sim_servo_ops sim_cia402_ops = {
     .step = cia402_motion_step,
     .trip = sim_cia402_trip,
     .reboot = sim_cia402_reboot,
+    .heat = sim_cia402_heat,
     .heartbeat_id = sim_cia402_heartbeat_id,
 };
 

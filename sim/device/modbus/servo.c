@@ -164,13 +164,18 @@ static void servo_run(struct sim_member *member, int64_t now_ns)
         self->behaviour->loop(self, now_ns);
     if (self->enabled)
         servo_profile(self);
-    if (self->blocked)
+    if (self->blocked && self->enabled && self->plant.winding.given)
+        sim_plant_press(&self->plant, self->demand_q16 * 256,
+                        self->vel_q16 * 256, LOOP_NS);
+    else if (self->blocked)
         sim_plant_block(&self->plant);
     else if (self->enabled)
         sim_plant_step(&self->plant, self->demand_q16 * 256,
                        self->vel_q16 * 256, LOOP_NS);
     else
         sim_plant_coast(&self->plant, LOOP_NS);
+    if (self->plant.winding.hot && self->enabled && !self->fault)
+        sim_modbus_servo_inject(self, SIM_MODBUS_SERVO_ALARM);
 }
 
 static int64_t servo_due_ns(const struct sim_member *member)

@@ -13,6 +13,7 @@ enum {
 
     SIM_MOTEUS_FAULT_DRIVER = 33,
     SIM_MOTEUS_FAULT_ENCODER = 35,
+    SIM_MOTEUS_FAULT_HOT = 38,
 };
 
 /* Commands by register minus 0x020. */

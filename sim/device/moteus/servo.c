@@ -270,6 +270,12 @@ static void moteus_trip(struct sim_servo *base, uint32_t code)
     moteus_fail(moteus_of(base), code != 0 ? code : SIM_MOTEUS_FAULT_DRIVER);
 }
 
+static void moteus_heat(struct sim_servo *base, enum sim_servo_heat heat)
+{
+    if (heat == SIM_SERVO_HOT)
+        moteus_fail(moteus_of(base), SIM_MOTEUS_FAULT_HOT);
+}
+
 static const struct sim_servo_ops moteus_ops = {
     .member = { .due_ns = moteus_due_ns, .run = moteus_run },
     .on_frame = sim_moteus_on_frame,
@@ -277,6 +283,7 @@ static const struct sim_servo_ops moteus_ops = {
     .lose_encoder = moteus_lose_encoder,
     .trip = moteus_trip,
     .reboot = moteus_reboot,
+    .heat = moteus_heat,
 };
 
 /* ---- init ---- */

@@ -23,6 +23,7 @@ static const struct odrive_error odrive_watchdog = { 0x800, 0x1000000 };
 static const struct odrive_error odrive_estop = { 0x4000, 0x2000000 };
 static const struct odrive_error odrive_encoder = { 0x100, 0x8 };
 static const struct odrive_error odrive_current = { 0, 0x1000 };
+static const struct odrive_error odrive_hot = { 0, 0x2000 };
 
 static struct sim_odrive *odrive_of(struct sim_servo *base)
 {
@@ -466,6 +467,17 @@ static void odrive_trip(struct sim_servo *base, uint32_t code)
         self->parts |= 1;
 }
 
+static void odrive_heat(struct sim_servo *base, enum sim_servo_heat heat)
+{
+    struct sim_odrive *self = odrive_of(base);
+
+    if (heat != SIM_SERVO_HOT)
+        return;
+    odrive_disarm(self, &odrive_hot);
+    if (self->config.is_05)
+        self->parts |= 1;
+}
+
 static void odrive_lose_encoder(struct sim_servo *base)
 {
     struct sim_odrive *self = odrive_of(base);
@@ -494,6 +506,7 @@ static const struct sim_servo_ops odrive_ops = {
     .lose_encoder = odrive_lose_encoder,
     .trip = odrive_trip,
     .reboot = odrive_reboot,
+    .heat = odrive_heat,
     .heartbeat_id = odrive_heartbeat_id,
 };
 

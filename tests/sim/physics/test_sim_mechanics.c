@@ -73,11 +73,16 @@ static void step_held(void)
     sim_mechanics_drag(&mechanics, STEP_S, pos_q24, pos_q24, 0);
 }
 
-static void step_free(void)
+static void step_with(double torque)
 {
-    sim_mechanics_step(&mechanics, 0, STEP_S, &pos_q24, &vel_q24);
+    sim_mechanics_step(&mechanics, torque, STEP_S, &pos_q24, &vel_q24);
     if (vel_q24 == 0)
         vel_q24 = 1; /* nobody holds it */
+}
+
+static void step_free(void)
+{
+    step_with(0);
 }
 
 static void with_the_motor_held_it_swings_at_its_frequency(void **state)
@@ -175,6 +180,133 @@ static void a_drive_that_counts_anew_takes_its_load_along(void **state)
     assert_true(load() > 199);
 }
 
+/* ---- transmission, second mass ---- */
+
+static const struct sim_mechanics_config three = {
+    .inertia_ratio = 1.5,
+    .frequency_hz = 9,
+    .second = { .inertia_ratio = 0.7, .frequency_hz = 14 },
+};
+
+/* twist'' = -[a, -b; -c, d] twist of the two couplings, from the three equations
+ * of motion; let go in a mode's shape it swings at the root of its eigenvalue. */
+static void three_masses_swing_at_their_eigenfrequencies(void **state)
+{
+    const double motor = 1 / 3.2, first = 1.5 / 3.2, second = 0.7 / 3.2;
+    const double k1 = 324 * pi * pi * first, k2 = 784 * pi * pi * second;
+    const double a = k1 / motor + k1 / first, b = k2 / first;
+    const double c = k1 / first, d = k2 / first + k2 / second;
+    const double root = sqrt((a - d) * (a - d) / 4 + b * c);
+
+    (void)state;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const double square = (a + d) / 2 + sign * root;
+        const double want = sqrt(square) / (2 * pi);
+        build(&three);
+        vel_q24 = 1;
+        mechanics.drive.y[1] -= 50;
+        mechanics.drive.y[2] -= 50 + 50 * (a - square) / b;
+        sim_drivetrain_reset(&mechanics.drive);
+        const double got = 1 / period_s(off_motor, step_free);
+        if (fabs(got / want - 1) > 0.001)
+            fail_msg("%.5f Hz, expected %.5f", got, want);
+    }
+}
+
+/* Of two masses no phase shows all: it is an upper bound, and reached where one
+ * is let go along the give of both couplings. */
+static void the_swing_of_two_masses_is_the_most_that_it_can_be(void **state)
+{
+    double most = 0;
+
+    (void)state;
+    build(&three);
+    mechanics.drive.y[1] += 30;
+    mechanics.drive.y[2] += 70;
+    sim_drivetrain_reset(&mechanics.drive);
+    const double begin = sim_mechanics_swing_counts(&mechanics);
+    for (unsigned i = 0; i < 40000; i++) {
+        step_held();
+        const double swing = sim_mechanics_swing_counts(&mechanics);
+        most = fmax(most, fabs(off_motor()));
+        if (fabs(swing - begin) > 1e-3 * begin)
+            fail_msg("%u: %.4f, at first %.4f", i, swing, begin);
+    }
+    if (most > begin || most < 0.8 * begin)
+        fail_msg("%.3f at most, %.3f possible", most, begin);
+}
+
+static bool drives(double weight, double efficiency, double torque)
+{
+    const struct sim_mechanics_config screw = {
+        .inertia_ratio = 4,
+        .frequency_hz = 60,
+        .damping = 0.3,
+        .weight_counts_s2 = weight,
+        .transmission = { .efficiency = efficiency },
+    };
+
+    build(&screw);
+    for (unsigned i = 0; i < 8000; i++)
+        step_with(torque);
+    return fabs(motor() - 1000) > 100;
+}
+
+/* To lift takes weight / eta, and it sinks only where less than weight (2 - 1 /
+ * eta) holds it: below a half never. */
+static void a_screw_takes_what_its_efficiency_says(void **state)
+{
+    static const double efficiency[] = { 0.9, 0.6, 0.4 };
+
+    (void)state;
+    for (size_t i = 0; i < 3; i++) {
+        const double up = 5000 / efficiency[i], down = 10000 - up;
+        assert_false(drives(5000, efficiency[i], 0.98 * up));
+        assert_true(drives(5000, efficiency[i], 1.02 * up));
+        assert_false(drives(5000, efficiency[i], down + 0.02 * up));
+        assert_true(drives(5000, efficiency[i], down - 0.02 * up));
+    }
+    assert_false(drives(5000, 0.4, 0));
+    assert_true(drives(5000, 0, 5200));
+}
+
+/* With the motor held anywhere, the load stands off by the error of the pitch
+ * there; what swings on it gains no energy. */
+static void the_error_of_a_pitch_is_a_sine_of_its_own(void **state)
+{
+    const struct sim_mechanics_config screw = {
+        .inertia_ratio = 4,
+        .frequency_hz = 30,
+        .damping = 0.5,
+        .transmission = { .pitch_counts = 400, .pitch_error_counts = 12 },
+    };
+
+    (void)state;
+    build(&screw);
+    for (unsigned i = 0; i < 40; i++) {
+        for (unsigned k = 0; k < 1000; k++)
+            step_held();
+        const double want = 12 * sin(2 * pi * motor() / 400);
+        if (fabs(off_motor() - want) > 1e-3)
+            fail_msg("at %.0f: %.5f, expected %.5f", motor(), off_motor(),
+                     want);
+        pos_q24 += 37 * ONE_Q24;
+        sim_mechanics_drag(&mechanics, STEP_S, pos_q24 - 37 * ONE_Q24, pos_q24,
+                           0);
+    }
+    vel_q24 = 1;
+    pull_load(300);
+    double before = sim_drivetrain_energy_j(&mechanics.drive);
+    const double begin = before;
+    for (unsigned i = 0; i < 40000; i++) {
+        step_free();
+        const double now = sim_drivetrain_energy_j(&mechanics.drive);
+        if (now > before + 1e-9 * begin)
+            fail_msg("step %u: %.12g, %.12g before", i, now, before);
+        before = now;
+    }
+}
+
 static void what_cannot_be_is_refused(void **state)
 {
     struct sim_mechanics_config config = swinging;
@@ -192,6 +324,16 @@ static void what_cannot_be_is_refused(void **state)
     config.has_stops = true;
     config.stop_low_counts = 1;
     config.stop_high_counts = 2;
+    assert_int_equal(sim_mechanics_init(&mechanics, &config, 0), MOTION_E_ARG);
+    config = three;
+    config.second.frequency_hz = 501;
+    assert_int_equal(sim_mechanics_init(&mechanics, &config, 0), MOTION_E_ARG);
+    config = swinging;
+    config.transmission.efficiency = 0.04;
+    assert_int_equal(sim_mechanics_init(&mechanics, &config, 0), MOTION_E_ARG);
+    config.transmission =
+        (struct sim_mechanics_transmission){ .pitch_counts = 12,
+                                             .pitch_error_counts = 1 };
     assert_int_equal(sim_mechanics_init(&mechanics, &config, 0), MOTION_E_ARG);
 }
 
@@ -287,6 +429,10 @@ int main(void)
         cmocka_unit_test(a_weight_hangs_where_it_hangs),
         cmocka_unit_test(the_swing_is_the_amplitude_in_every_phase),
         cmocka_unit_test(a_drive_that_counts_anew_takes_its_load_along),
+        cmocka_unit_test(three_masses_swing_at_their_eigenfrequencies),
+        cmocka_unit_test(the_swing_of_two_masses_is_the_most_that_it_can_be),
+        cmocka_unit_test(a_screw_takes_what_its_efficiency_says),
+        cmocka_unit_test(the_error_of_a_pitch_is_a_sine_of_its_own),
         cmocka_unit_test(what_cannot_be_is_refused),
         cmocka_unit_test(its_loop_carries_a_weight_and_holds_it),
         cmocka_unit_test(backlash_is_seen_at_the_load_alone),

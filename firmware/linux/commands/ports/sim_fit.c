@@ -31,12 +31,10 @@ static bool fit_begin(struct sim_fit_axis *self, struct sim_model_run *run)
         .rows = self->rows,
         .target = self->target,
         .actual = self->actual,
-        .load = { .coulomb_counts_s2 = (double)sim->load.friction_q32 * size,
-                  .static_counts_s2 = (double)sim->load.static_q32 * size,
-                  .stribeck_counts_s = (double)sim->load.stribeck_q32 * size,
-                  .weight_counts_s2 =
-                      (double)sim->load.weight_q32 * self->factor },
+        .has_winding = sim->motor.given,
     };
+    machine_sim_load_config(self->axis, &run->load);
+    machine_sim_winding_config(self->axis, &run->winding);
     self->loaded = sim->load.given;
     const double was[SIM_MODEL_PARAMETERS] = {
         [SIM_MODEL_BANDWIDTH] = sim->omega_mrad_s / fit_mrad_per_hz,

@@ -106,6 +106,8 @@ static const char *fit_rows_other(const struct rig *rig,
         return "its drive is on Modbus and has a ramp of its own";
     if (axis->point_to_point)
         return "its drive goes by its own profile";
+    if (axis->sim.loops.given)
+        return "its rig gives it loops, whose gains are not fitted";
     if (axis->kind != RIG_CIA402)
         return NULL;
     if (rig_stream(&axis->cia402, NULL) == DRIVE_CIA402_CSV)

@@ -91,6 +91,47 @@ static void an_axis_without_one_has_a_motor_alone(void **state)
         assert_int_equal(sim.mechanics[i].drive.config.inertias, 0);
 }
 
+/* Twice the rated torque: 0.5 s ln(4 / 3) after it began; the drive says it in its
+ * own way, an ODrive of 0.5 as an error of its motor. */
+static void a_motor_that_is_too_hot_stops_every_kind_of_drive(void **state)
+{
+    static const int16_t codes[RIG_DRIVE_KINDS] = {
+        [RIG_CIA402] = 0x2350, [RIG_ODRIVE] = 0x1, [RIG_MOTEUS] = 38
+    };
+
+    (void)state;
+    load();
+    const unsigned axes = rig.axis_count;
+    for (unsigned i = 0; i < axes; i++) {
+        load();
+        rig.axis[i].sim.load.given = false;
+        rig.axis[i].sim.motor =
+            (struct rig_sim_motor){ .given = true,
+                                    .rated_q32 = RAD_Q32 / 2,
+                                    .thermal_ns = 500000000,
+                                    .warm_load = 0.9 };
+        bench_build_ready(&rig);
+        ticks(100);
+        struct sim_plant *const plant = machine_sim_plant_of(&sim, i);
+        const double counts =
+            (double)rig.axis[i].counts_num / (double)rig.axis[i].counts_den;
+        sim_plant_pull(plant, -counts);
+        const int64_t begin_ns = now_ns;
+        while (!plant->winding.hot && now_ns < begin_ns + 1000000000)
+            tick();
+        const double took_s = 1e-9 * (double)(now_ns - begin_ns);
+        ticks(25); /* the heartbeat of an ODrive says it */
+        assert_int_equal(machine.controller.state, CONTROLLER_FAULT);
+        const struct controller_fault_record *const fault =
+            &machine.controller.fault;
+        assert_int_equal(fault->axis, i);
+        if (codes[rig.axis[i].kind] != 0)
+            assert_int_equal(fault->drive_code, codes[rig.axis[i].kind]);
+        if (took_s < 0.5 * log(4.0 / 3) || took_s > 0.5 * log(4.0 / 3) + 0.02)
+            fail_msg("%s: after %.3f s", rig.axis[i].name, took_s);
+    }
+}
+
 /* Its stops are where the axis is at power-on, and it cannot be beyond them. */
 static void a_load_that_cannot_be_there_is_refused(void **state)
 {
@@ -111,6 +152,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_kind_of_drive_turns_its_load),
         cmocka_unit_test(an_axis_without_one_has_a_motor_alone),
+        cmocka_unit_test(a_motor_that_is_too_hot_stops_every_kind_of_drive),
         cmocka_unit_test(a_load_that_cannot_be_there_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
