@@ -7,7 +7,9 @@
  *
  * Members may stand in groups, such as a bus and the devices on it, so that the
  * cost of an event does not grow with the number of buses: what a member of a
- * group does changes nothing in any other group. */
+ * group does changes nothing in any other group.  While every member stands in
+ * one, each group is run by itself, which is the same to it: the order of time is
+ * that within a group then. */
 #ifndef SIM_WORLD_H
 #define SIM_WORLD_H
 

@@ -150,6 +150,30 @@ static void ties_in_groups_too_run_in_the_order_of_adding(void **state)
     assert_string_equal(ticks, "dcbadcba");
 }
 
+/* Nobody stands outside of a group: each is run to the end, from the begin on, and
+ * one that has nothing to do holds nobody up. */
+static void groups_alone_run_one_after_the_other(void **state)
+{
+    struct sim_world world;
+    struct sim_group twos = { 0 }, threes = { 0 }, none = { 0 };
+    struct ticker a = ticker('a', 2, 2), b = ticker('b', 3, 3),
+                  c = ticker('c', 3, 3), n = ticker('n', SIM_WORLD_NEVER, 0);
+
+    (void)state;
+    sim_world_init(&world, 0);
+    sim_world_add_to(&world, &none, &n.member);
+    sim_world_add_to(&world, &twos, &a.member);
+    sim_world_add_to(&world, &threes, &b.member);
+    sim_world_add_to(&world, &twos, &c.member);
+    sim_world_run(&world, 6);
+    assert_string_equal(ticks, "acaacbb");
+    assert_int_equal(world.now_ns, 6);
+    b.next_ns = 5; /* overdue: at once */
+    sim_world_run(&world, 7);
+    assert_string_equal(ticks, "acaacbbb");
+    assert_int_equal(world.now_ns, 7);
+}
+
 /* One wakes another that would have slept for ever. */
 static void what_a_member_wakes_runs_at_once(void **state)
 {
@@ -268,6 +292,7 @@ int main(void)
         cmocka_unit_test(the_clock_of_the_world_waits_by_running_it),
         cmocka_unit_test(a_member_without_operations_is_refused),
         cmocka_unit_test(ties_in_groups_too_run_in_the_order_of_adding),
+        cmocka_unit_test(groups_alone_run_one_after_the_other),
         cmocka_unit_test(what_a_member_wakes_runs_at_once),
         cmocka_unit_test(a_line_reads_as_its_level_pull_and_polarity_say),
         cmocka_unit_test(only_an_output_can_be_set),
