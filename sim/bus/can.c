@@ -168,11 +168,9 @@ static void sim_can_bus_count_busy(struct sim_can_bus *bus)
     bus->busy_part = part % bus->bit_rate;
 }
 
-static void sim_can_port_take(struct sim_can_port *port,
-                              const struct hal_can_frame *frame)
+void sim_can_port_hand(struct sim_can_port *port,
+                       const struct hal_can_frame *frame)
 {
-    if (port->rx_errors > 0)
-        port->rx_errors--;
     if (!port->on_frame && port->rx.count == SIM_CAN_QUEUE) {
         port->stats.dropped++;
         return;
@@ -182,6 +180,22 @@ static void sim_can_port_take(struct sim_can_port *port,
         port->on_frame(port->context, frame);
     else
         sim_can_queue_push(&port->rx, frame);
+}
+
+static void sim_can_port_take(struct sim_can_port *port,
+                              const struct hal_can_frame *frame)
+{
+    struct hal_can_frame got;
+
+    if (port->rx_errors > 0)
+        port->rx_errors--;
+    if (port->trouble_in == NULL) {
+        sim_can_port_hand(port, frame);
+        return;
+    }
+    got = *frame;
+    if (sim_can_trouble_pass(port->trouble_in, &got))
+        sim_can_port_hand(port, &got);
 }
 
 static void sim_can_bus_deliver(struct sim_can_bus *bus)

@@ -57,7 +57,9 @@ struct sim_can_port {
     bool off;                      /* off the bus: sim_can_port_set_off */
     unsigned destroy; /* so many of its next frames meet an error frame */
     struct hal_can_stats stats;
-    struct sim_can_trouble *trouble; /* what spoils its frames; NULL: nothing */
+    /* what spoils the frames that it sends, and those that it gets; NULL:
+     * nothing */
+    struct sim_can_trouble *trouble, *trouble_in;
     /* Called at the end of a frame for this port, instead of queueing, when not
      * NULL: devices react at once, as hardware does.  May send. */
     void (*on_frame)(void *context, const struct hal_can_frame *frame);
@@ -108,8 +110,11 @@ void sim_can_port_init(struct sim_can_port *port, struct sim_can_bus *bus);
 void sim_can_port_set_off(struct sim_can_port *port, bool off);
 /* After bus-off: counters zero, queues empty, back on the wire. */
 void sim_can_port_restart(struct sim_can_port *port);
-/* As hal_can_send, past what spoils the port's frames. */
+/* As hal_can_send, and as a frame comes in, past what spoils the port's frames.
+ */
 int sim_can_port_put(struct sim_can_port *port,
                      const struct hal_can_frame *frame);
+void sim_can_port_hand(struct sim_can_port *port,
+                       const struct hal_can_frame *frame);
 
 #endif

@@ -11,6 +11,15 @@ static int64_t sim_can_trouble_due_ns(const struct sim_member *member)
     return self->count > 0 ? self->held_ns[self->head] : SIM_WORLD_NEVER;
 }
 
+static void sim_can_trouble_hand(struct sim_can_trouble *self,
+                                 const struct hal_can_frame *frame)
+{
+    if (!self->incoming)
+        (void)sim_can_port_put(self->port, frame);
+    else if (!self->port->off)
+        sim_can_port_hand(self->port, frame);
+}
+
 /* A port that takes no frame loses it, as one that sends at once does. */
 static void sim_can_trouble_run(struct sim_member *member, int64_t now_ns)
 {
@@ -18,7 +27,10 @@ static void sim_can_trouble_run(struct sim_member *member, int64_t now_ns)
         CONTAINER_OF(member, struct sim_can_trouble, member);
 
     while (self->count > 0 && self->held_ns[self->head] <= now_ns) {
-        (void)sim_can_port_put(self->port, &self->held[self->head]);
+        struct hal_can_frame *const frame = &self->held[self->head];
+        if (self->incoming)
+            frame->t_ns = self->held_ns[self->head];
+        sim_can_trouble_hand(self, frame);
         self->head = (self->head + 1) % SIM_CAN_TROUBLE_HELD;
         self->count--;
     }
@@ -30,12 +42,17 @@ static const struct sim_member_ops sim_can_trouble_ops = {
 };
 
 int sim_can_trouble_init(struct sim_can_trouble *self,
-                         struct sim_can_port *port, uint64_t seed)
+                         struct sim_can_port *port, bool incoming,
+                         uint64_t seed)
 {
     *self = (struct sim_can_trouble){ .member.ops = &sim_can_trouble_ops,
                                       .port = port,
+                                      .incoming = incoming,
                                       .seed = seed };
-    port->trouble = self;
+    if (incoming)
+        port->trouble_in = self;
+    else
+        port->trouble = self;
     return sim_world_add(port->bus->world, &self->member);
 }
 
@@ -63,6 +80,9 @@ static void sim_can_trouble_hold(struct sim_can_trouble *self,
     }
     self->held[at] = *frame;
     self->held_ns[at] = self->port->bus->world->now_ns + self->delay_ns;
+    if (self->jitter_ns > 0)
+        self->held_ns[at] +=
+            (int64_t)(sim_random(&self->seed) % (uint64_t)self->jitter_ns);
     if (self->count > 0) {
         const unsigned last =
             (at + SIM_CAN_TROUBLE_HELD - 1) % SIM_CAN_TROUBLE_HELD;
@@ -73,17 +93,32 @@ static void sim_can_trouble_hold(struct sim_can_trouble *self,
     self->count++;
 }
 
+static bool sim_can_trouble_draws(struct sim_can_trouble *self,
+                                  uint64_t share_q32)
+{
+    return share_q32 > 0 && sim_random(&self->seed) >> 32 < share_q32;
+}
+
 bool sim_can_trouble_pass(struct sim_can_trouble *self,
                           struct hal_can_frame *frame)
 {
+    if (sim_can_trouble_draws(self, self->loss_q32)) {
+        self->dropped++;
+        return false;
+    }
     if (self->drops && frame->id == self->drop_id && !frame->remote) {
         self->dropped++;
         return false;
     }
     if (self->spoil > 0 && frame->len > 0 && !frame->remote)
         sim_can_trouble_spoil(self, frame);
-    if (self->delay_ns == 0 && self->count == 0)
-        return true;
-    sim_can_trouble_hold(self, frame);
-    return false;
+    const bool twice = sim_can_trouble_draws(self, self->double_q32);
+    const bool late =
+        self->delay_ns > 0 || self->jitter_ns > 0 || self->count > 0;
+    self->doubled += twice;
+    if (late)
+        sim_can_trouble_hold(self, frame);
+    if (twice)
+        sim_can_trouble_hold(self, frame);
+    return !late;
 }

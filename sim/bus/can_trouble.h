@@ -1,6 +1,7 @@
 /* sim/bus/can_trouble.h - stands between a device and its port on a simulated
- * CAN bus, and spoils what the device sends: some frames never come, all come
- * late, some have other data.
+ * CAN bus, and spoils what goes through it in one direction, what the device
+ * sends or what it is sent: some frames never come, or twice, all come late, some
+ * more than others, some have other data.
  *
  * The frames that reach the wire are sound: noise on it is the bus's own
  * (can.h). */
@@ -18,12 +19,16 @@
 struct sim_can_trouble {
     struct sim_member member;
     struct sim_can_port *port;
-    bool drops; /* data frames with drop_id */
+    bool incoming; /* what the device is sent */
+    bool drops;    /* data frames with drop_id */
     uint32_t drop_id;
-    int64_t delay_ns; /* every frame so much later; 0: at once */
-    unsigned spoil;   /* so many more frames with data get other data */
-    uint64_t seed;    /* != 0: which bits */
-    uint64_t dropped, spoilt;
+    int64_t delay_ns;    /* every frame so much later; 0: at once */
+    int64_t jitter_ns;   /* and up to so much more, at random; in order */
+    unsigned spoil;      /* so many more frames with data get other data */
+    uint64_t loss_q32;   /* so many in 2^32 are lost, */
+    uint64_t double_q32; /* come twice, one behind the other: 0 .. 2^32 */
+    uint64_t seed;       /* != 0: which, which bits */
+    uint64_t dropped, spoilt, doubled;
 
     /* Private from here on. */
     struct hal_can_frame held[SIM_CAN_TROUBLE_HELD];
@@ -34,9 +39,10 @@ struct sim_can_trouble {
 /* Clears it, puts it in front of the port and adds it to the bus's world; it
  * does nothing before a field above says so.  MOTION_OK. */
 int sim_can_trouble_init(struct sim_can_trouble *self,
-                         struct sim_can_port *port, uint64_t seed);
+                         struct sim_can_port *port, bool incoming,
+                         uint64_t seed);
 
-/* For the port: the frame that is to be sent now, spoilt perhaps.  False: it is
+/* For the port: the frame that is to go on now, spoilt perhaps.  False: it does
  * not. */
 bool sim_can_trouble_pass(struct sim_can_trouble *self,
                           struct hal_can_frame *frame);

@@ -34,7 +34,10 @@
     X(FAULT_WRONG_ANSWER, "wrong_answer")                                      \
     X(FAULT_FRICTION_STEP, "friction_step")                                    \
     X(FAULT_OBSTACLE, "obstacle")                                              \
-    X(FAULT_RUNAWAY, "runaway")
+    X(FAULT_RUNAWAY, "runaway")                                                \
+    X(FAULT_LOSS, "loss")                                                      \
+    X(FAULT_DUPLICATION, "duplication")                                        \
+    X(FAULT_JITTER, "jitter")
 
 #define FAULT_KIND_ENUM(name, spelling) name,
 enum fault_kind { FAULT_KIND_LIST(FAULT_KIND_ENUM) FAULT_KINDS };
@@ -83,6 +86,7 @@ struct fault_entry {
     /* By kind: a code (0: the drive's own choice), a count, a level, ns, a
      * share Q32; Q32 of the axis's unit or its acceleration. */
     int64_t value;
+    bool incoming; /* of what the drive is sent, not of what it sends */
     struct plan_place place;
 };
 

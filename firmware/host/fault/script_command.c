@@ -52,9 +52,10 @@ static int64_t command_read(const struct files *files, int file, void *to,
 
 /* ---- the words ---- */
 
-static const char *const command_keys[] = { "at",   "event", "of",   "position",
-                                            "for",  "code",  "by",   "level",
-                                            "rate", "delay", "count" };
+static const char *const command_keys[] = { "at",       "event", "of",
+                                            "position", "for",   "code",
+                                            "by",       "level", "rate",
+                                            "delay",    "count", "direction" };
 
 static bool command_is_key(const char *word, size_t length)
 {

@@ -88,6 +88,11 @@ static int fault_read_axis(void *reader, const struct yaml_value *value,
         !rig_kinds[axis->kind]->has_heartbeat)
         return yaml_value_refuse(value, "is an axis whose drive has no "
                                         "heartbeat");
+    if (!rig_bus_is_can(&rig->bus[axis->bus]) &&
+        (fault_is(self, FAULT_LOSS) || fault_is(self, FAULT_DUPLICATION) ||
+         fault_is(self, FAULT_JITTER)))
+        return yaml_value_refuse(value, "is an axis on Modbus, whose answers "
+                                        "noise spoils");
     if (rig_kinds[axis->kind]->samples)
         return yaml_value_refuse(value, "is an axis of a board, which has no "
                                         "faults of its own");
@@ -341,6 +346,28 @@ static int fault_read_count(void *reader, const struct yaml_value *value,
                                     &self->entry->value);
 }
 
+static int fault_read_direction(void *reader, const struct yaml_value *value,
+                                void *out)
+{
+    struct fault_reader *self = reader;
+    const struct rig *rig = self->rig;
+    unsigned index;
+
+    (void)out;
+    if (!fault_shapes_of[self->entry->kind].directed)
+        return yaml_value_refuse(value, "is not for %s",
+                                 fault_kind_words[self->entry->kind]);
+    if (yaml_value_choice(value, fault_direction_words, FAULT_DIRECTIONS,
+                          &index) < 0)
+        return -1;
+    if (!self->has[FAULT_OF_AXIS])
+        return 0; /* said when the entry is whole */
+    if (!rig_bus_is_can(&rig->bus[rig->axis[self->entry->index].bus]))
+        return yaml_value_refuse(value, "is only for an axis on CAN");
+    self->entry->incoming = index == 1;
+    return 0;
+}
+
 static const struct yaml_field fault_entry_fields[] = {
     { "fault", YAML_REQUIRED, "what happens, such as drive_fault",
       fault_read_kind, 0 },
@@ -371,6 +398,8 @@ static const struct yaml_field fault_entry_fields[] = {
       fault_read_rate, 0 },
     { "delay", YAML_OPTIONAL, "above 0 to 1 s", fault_read_delay, 0 },
     { "count", YAML_OPTIONAL, "how many, 1 .. 1000000", fault_read_count, 0 },
+    { "direction", YAML_OPTIONAL, "from (the drive) or to",
+      fault_read_direction, 0 },
 };
 static const struct yaml_shape fault_entry_shape = {
     "fault", fault_entry_fields, ARRAY_LEN(fault_entry_fields)
@@ -484,6 +513,7 @@ const struct yaml_words fault_words[] = {
     { "fault.fault", fault_kind_words, FAULT_KINDS },
     { "fault.event", fault_event_words, FAULT_EVENTS },
     { "fault.level", fault_level_words, FAULT_LEVELS },
+    { "fault.direction", fault_direction_words, FAULT_DIRECTIONS },
     { NULL, NULL, 0 },
 };
 

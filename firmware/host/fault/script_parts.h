@@ -17,6 +17,8 @@ enum fault_value {
     FAULT_VALUES
 };
 extern const char *const fault_value_words[FAULT_VALUES];
+#define FAULT_DIRECTIONS 2
+extern const char *const fault_direction_words[FAULT_DIRECTIONS];
 
 #define FAULT_AXIS (1u << FAULT_OF_AXIS)
 #define FAULT_BUS  (1u << FAULT_OF_BUS)
@@ -26,6 +28,7 @@ struct fault_shape {
     unsigned targets; /* that it can be of */
     enum fault_value value;
     bool needs_value, lasts;
+    bool directed; /* of the frames in one direction */
 };
 extern const struct fault_shape fault_shapes_of[FAULT_KINDS];
 

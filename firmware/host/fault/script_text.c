@@ -20,6 +20,8 @@ const char *const fault_value_words[FAULT_VALUES] = {
     "", "code", "by", "level", "rate", "delay", "count",
 };
 
+const char *const fault_direction_words[FAULT_DIRECTIONS] = { "from", "to" };
+
 const struct fault_shape fault_shapes_of[FAULT_KINDS] = {
     [FAULT_HEARTBEAT_LOST] = { FAULT_AXIS, FAULT_NOTHING, false, true },
     [FAULT_DRIVE] = { FAULT_AXIS, FAULT_CODE, false, false },
@@ -35,8 +37,11 @@ const struct fault_shape fault_shapes_of[FAULT_KINDS] = {
     [FAULT_CUT_CABLE] = { FAULT_AXIS | FAULT_BUS, FAULT_NOTHING, false, true },
     [FAULT_NOISE] = { FAULT_BUS, FAULT_RATE, true, true },
     [FAULT_BROWN_OUT] = { FAULT_AXIS, FAULT_NOTHING, false, true },
-    [FAULT_SLOW_DRIVE] = { FAULT_AXIS, FAULT_DELAY, true, true },
-    [FAULT_WRONG_ANSWER] = { FAULT_AXIS, FAULT_COUNT, false, false },
+    [FAULT_SLOW_DRIVE] = { FAULT_AXIS, FAULT_DELAY, true, true, true },
+    [FAULT_WRONG_ANSWER] = { FAULT_AXIS, FAULT_COUNT, false, false, true },
+    [FAULT_LOSS] = { FAULT_AXIS, FAULT_RATE, true, true, true },
+    [FAULT_DUPLICATION] = { FAULT_AXIS, FAULT_RATE, true, true, true },
+    [FAULT_JITTER] = { FAULT_AXIS, FAULT_DELAY, true, true, true },
     [FAULT_FRICTION_STEP] = { FAULT_AXIS, FAULT_BY, true, true },
     [FAULT_OBSTACLE] = { FAULT_AXIS, FAULT_NOTHING, false, true },
     [FAULT_RUNAWAY] = { FAULT_AXIS, FAULT_NOTHING, false, true },
@@ -85,12 +90,18 @@ static void fault_value_text(const struct fault_entry *entry,
         snprintf(text, size, ", %s", fault_level_words[entry->value]);
         break;
     case FAULT_NOISE:
+    case FAULT_LOSS:
+    case FAULT_DUPLICATION:
         number_short(number, 100 * entry->value, 32);
         snprintf(text, size, ", %s %% of the frames", number);
         break;
     case FAULT_SLOW_DRIVE:
         number_short(number, entry->value * 4096 / 1000000, 12);
         snprintf(text, size, ", by %s ms", number);
+        break;
+    case FAULT_JITTER:
+        number_short(number, entry->value * 4096 / 1000000, 12);
+        snprintf(text, size, ", up to %s ms", number);
         break;
     case FAULT_BUS_ERRORS:
     case FAULT_WRONG_ANSWER:
@@ -107,7 +118,8 @@ const char *fault_entry_text(const struct fault_entry *entry,
     char value[FAULT_TEXT_MAX / 2];
 
     fault_value_text(entry, rig, value, sizeof value);
-    snprintf(text, FAULT_TEXT_MAX, "%s of %s%s", fault_kind_words[entry->kind],
-             fault_place_name(entry, rig), value);
+    snprintf(text, FAULT_TEXT_MAX, "%s of %s%s%s",
+             fault_kind_words[entry->kind], fault_place_name(entry, rig), value,
+             entry->incoming ? ", to it" : "");
     return text;
 }

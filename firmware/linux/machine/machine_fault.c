@@ -42,9 +42,16 @@ static int machine_fault_place(struct machine_fault *self,
     case FAULT_HEARTBEAT_LOST:
     case FAULT_SLOW_DRIVE:
     case FAULT_WRONG_ANSWER:
+    case FAULT_LOSS:
+    case FAULT_DUPLICATION:
+    case FAULT_JITTER:
         servo = machine_fault_servo(sim, i);
-        if (servo != NULL && servo->port.trouble == NULL)
-            return sim_can_trouble_init(&self->trouble[i], &servo->port, seed);
+        if (servo != NULL && entry->incoming && servo->port.trouble_in == NULL)
+            return sim_can_trouble_init(&self->trouble_in[i], &servo->port,
+                                        true, seed);
+        if (servo != NULL && !entry->incoming && servo->port.trouble == NULL)
+            return sim_can_trouble_init(&self->trouble[i], &servo->port, false,
+                                        seed);
         if (servo == NULL)
             machine_sim_modbus_servo(sim, i)->faulty.seed = seed;
         break;
@@ -71,6 +78,8 @@ int machine_fault_init(struct machine_fault *self,
     *self = (struct machine_fault){ .script = script, .sim = sim };
     self->trouble = memory_pool_new(&self->memory, sim->rig->axis_count,
                                     sizeof *self->trouble);
+    self->trouble_in = memory_pool_new(&self->memory, sim->rig->axis_count,
+                                       sizeof *self->trouble_in);
     self->intruder = memory_pool_new(&self->memory, sim->rig->bus_count,
                                      sizeof *self->intruder);
     for (unsigned i = 0; i < FAULT_EVENTS; i++)
@@ -133,14 +142,29 @@ static void machine_fault_node(struct machine_fault *self, unsigned axis,
 static void machine_fault_frames(const struct fault_entry *entry,
                                  struct sim_servo *servo, bool begins)
 {
-    struct sim_can_trouble *trouble = servo->port.trouble;
-    if (entry->kind == FAULT_HEARTBEAT_LOST) {
+    struct sim_can_trouble *trouble =
+        entry->incoming ? servo->port.trouble_in : servo->port.trouble;
+    const int64_t value = begins ? entry->value : 0;
+    switch (entry->kind) {
+    case FAULT_HEARTBEAT_LOST:
         trouble->drops = begins;
         trouble->drop_id = servo->ops->heartbeat_id(servo);
-    } else if (entry->kind == FAULT_SLOW_DRIVE) {
-        trouble->delay_ns = begins ? entry->value : 0;
-    } else {
+        break;
+    case FAULT_SLOW_DRIVE:
+        trouble->delay_ns = value;
+        break;
+    case FAULT_JITTER:
+        trouble->jitter_ns = value;
+        break;
+    case FAULT_LOSS:
+        trouble->loss_q32 = (uint64_t)value;
+        break;
+    case FAULT_DUPLICATION:
+        trouble->double_q32 = (uint64_t)value;
+        break;
+    default:
         trouble->spoil = (unsigned)entry->value;
+        break;
     }
 }
 

@@ -21,7 +21,8 @@ struct machine_fault {
     const struct fault_script *script;
     struct machine_sim *sim;
     struct memory_pool memory;
-    struct sim_can_trouble *trouble;     /* of each axis on a CAN bus */
+    /* of each axis on a CAN bus: of what it sends, what it is sent */
+    struct sim_can_trouble *trouble, *trouble_in;
     struct sim_can_port *intruder;       /* another master, of each CAN bus */
     int64_t start_ns;                    /* t = 0 of what is written */
     int64_t event_ns[FAULT_EVENTS];      /* on the clock; -1: not yet */

@@ -36,7 +36,7 @@ from faults import GPIO
 # at rest only.
 LOST = ("cut_cable", "interface_down", "bus_off", "babble", "brown_out",
         "reboot", "slow_drive", "wrong_answer", "noise", "heartbeat_lost",
-        "bus_errors", "runaway")
+        "bus_errors", "runaway", "loss", "duplication", "jitter")
 REST_S = 8.0
 
 MOVES = {
@@ -113,6 +113,16 @@ def one_fault(draw, rig):
         f"interface_down, bus: {draw.choice(rig.can)}{lasting}",
         f"babble, bus: {draw.choice(rig.can)}{lasting}",
     ]
+    if kind != "modbus":
+        way = draw.choice(("", ", direction: from", ", direction: to"))
+        choices += [
+            f"loss, axis: {axis}, rate: {draw.choice((1, 10, 40, 100))} %"
+            f"{way}{lasting}",
+            f"duplication, axis: {axis}, rate: {draw.choice((1, 30, 100))} %"
+            f"{way}{lasting}",
+            f"jitter, axis: {axis}, delay: {draw.uniform(0.1, 40):.1f} ms"
+            f"{way}{lasting}",
+        ]
     if rig.canopen:
         choices.append(f"other_master, bus: {draw.choice(rig.canopen)}")
     if kind in ("cia402", "odrive"):

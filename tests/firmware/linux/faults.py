@@ -86,6 +86,24 @@ ROWS = [
     ("stale feedback: a drive 20 ms late", "dolly",
      "fault: slow_drive, axis: tilt, delay: 20 ms", (OLD, GONE), "tilt", "STOP",
      3 * T, 2 * T),
+    ("all frames from a drive lost", "dolly",
+     "fault: loss, axis: tilt, rate: 100 %", (OLD, GONE), "tilt", "STOP", 0,
+     4 * T),
+    ("all frames to a drive lost", "dolly",
+     "fault: loss, axis: tilt, rate: 100 %, direction: to", (OLD, GONE), "tilt",
+     "STOP", 0, 4 * T),
+    ("a drive hears 20 ms late", "dolly",
+     "fault: slow_drive, axis: tilt, delay: 20 ms, direction: to", (OLD, GONE),
+     "tilt", "STOP", 3 * T, 2 * T),
+    ("frames to a drive twice, 30 %", "dolly",
+     "fault: duplication, axis: tilt, rate: 30 %, direction: to, for: 1 s", "",
+     "", "none", 0, 0),
+    ("frames from a drive twice, 30 %", "dolly",
+     "fault: duplication, axis: tilt, rate: 30 %, for: 1 s", "", "", "none", 0,
+     0),
+    ("a drive's frames jitter by 0.5 ms", "dolly",
+     "fault: jitter, axis: tilt, delay: 0.5 ms, for: 1 s", "", "", "none", 0,
+     0),
     ("Modbus timeout", "modbus", "fault: cut_cable, axis: pan",
      (OLD, GONE), "pan", "STOP", 0, MODBUS),
     ("Modbus answers spoilt (CRC)", "modbus",
@@ -265,7 +283,8 @@ def unreachable(path, script):
     with open(path, encoding="utf-8") as file:
         axes = yaml.safe_load(file)["axes"]
     if word["fault"] in ("cut_cable", "bus_off", "interface_down", "babble",
-                         "noise", "bus_errors", "heartbeat_lost", "runaway"):
+                         "noise", "bus_errors", "heartbeat_lost", "runaway",
+                         "loss"):
         return {name for name, axis in axes.items()
                 if name == word.get("axis") or
                 axis["drive"]["bus"] == word.get("bus")}

@@ -414,7 +414,8 @@ static void a_dropped_identifier_never_comes_and_others_do(void **state)
     struct sim_can_trouble trouble;
 
     (void)state;
-    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], 1), MOTION_OK);
+    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], false, 1),
+                     MOTION_OK);
     trouble.drops = true;
     trouble.drop_id = 0x701;
     assert_int_equal(put(f, 0, "701#05"), MOTION_OK);
@@ -433,7 +434,8 @@ static void late_frames_keep_their_order(void **state)
     struct hal_can_frame frame;
 
     (void)state;
-    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], 1), MOTION_OK);
+    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], false, 1),
+                     MOTION_OK);
     trouble.delay_ns = 5 * MS;
     assert_int_equal(put(f, 0, "181#01"), MOTION_OK);
     sim_world_run(&f->world, 1 * MS);
@@ -456,7 +458,8 @@ static void spoilt_data_are_other_data_and_come_in_time(void **state)
     struct hal_can_frame frame;
 
     (void)state;
-    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], 9), MOTION_OK);
+    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], false, 9),
+                     MOTION_OK);
     trouble.spoil = 100;
     for (int i = 0; i < 100; i++) {
         assert_int_equal(put(f, 0, "181#1122334455667788"), MOTION_OK);
@@ -468,6 +471,106 @@ static void spoilt_data_are_other_data_and_come_in_time(void **state)
     sim_world_run(&f->world, f->world.now_ns + MS);
     expect(f, 1, "181#1122334455667788");
     free(f);
+}
+
+static unsigned received(struct fixture *f, unsigned port)
+{
+    struct hal_can_frame frame;
+    unsigned count = 0;
+
+    while (hal_can_recv(&f->port[port].can, &frame) == 1)
+        count++;
+    return count;
+}
+
+/* 10000 frames each way with that trouble in one direction of port 0: how many
+ * come out of it, and how many come in.  Five deviations of 10 % are 150. */
+static void ten_thousand(bool incoming, uint64_t loss_q32, uint64_t double_q32,
+                         unsigned *out, unsigned *in)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct sim_can_trouble trouble;
+
+    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], incoming, 20),
+                     MOTION_OK);
+    trouble.loss_q32 = loss_q32;
+    trouble.double_q32 = double_q32;
+    *out = *in = 0;
+    for (int i = 0; i < 10000; i++) {
+        assert_int_equal(put(f, 0, "181#01"), MOTION_OK);
+        assert_int_equal(put(f, 1, "201#01"), MOTION_OK);
+        sim_world_run(&f->world, f->world.now_ns + MS);
+        *in += received(f, 0);
+        *out += received(f, 1);
+    }
+    free(f);
+}
+
+static void frames_are_lost_and_doubled_in_one_direction(void **state)
+{
+    const uint64_t tenth = (UINT64_C(1) << 32) / 10;
+    unsigned out, in;
+
+    (void)state;
+    ten_thousand(false, tenth, 0, &out, &in);
+    assert_int_equal(in, 10000);
+    assert_in_range(out, 8850, 9150);
+    ten_thousand(true, tenth, 0, &out, &in);
+    assert_int_equal(out, 10000);
+    assert_in_range(in, 8850, 9150);
+    ten_thousand(false, 0, tenth, &out, &in);
+    assert_int_equal(in, 10000);
+    assert_in_range(out, 10850, 11150);
+    ten_thousand(true, 0, tenth, &out, &in);
+    assert_int_equal(out, 10000);
+    assert_in_range(in, 10850, 11150);
+    ten_thousand(true, UINT64_C(1) << 32, 0, &out, &in);
+    assert_int_equal(in, 0);
+}
+
+/* Of 2 ms each way: some are hardly late, some by almost 2 ms, none overtakes. */
+static void jitter_is_within_its_bound_and_in_order(void **state)
+{
+    (void)state;
+    for (int incoming = 0; incoming <= 1; incoming++) {
+        struct fixture *f = fixture_new(1000000, 2);
+        struct sim_can_trouble trouble;
+        const unsigned from = incoming ? 1 : 0, to = incoming ? 0 : 1;
+        int64_t least = INT64_MAX, most = 0;
+        assert_int_equal(
+            sim_can_trouble_init(&trouble, &f->port[0], incoming == 1, 3),
+            MOTION_OK);
+        trouble.jitter_ns = 2 * MS;
+        for (uint8_t i = 0; i < 250; i++) {
+            struct hal_can_frame frame = { .id = 0x181, .len = 1 };
+            const int64_t sent_ns = f->world.now_ns;
+            frame.data[0] = i;
+            assert_int_equal(hal_can_send(&f->port[from].can, &frame),
+                             MOTION_OK);
+            sim_world_run(&f->world, sent_ns + 3 * MS);
+            assert_int_equal(hal_can_recv(&f->port[to].can, &frame), 1);
+            assert_int_equal(frame.data[0], i);
+            least = frame.t_ns - sent_ns < least ? frame.t_ns - sent_ns : least;
+            most = frame.t_ns - sent_ns > most ? frame.t_ns - sent_ns : most;
+        }
+        /* and 56 us on the wire */
+        assert_true(least < MS / 5 && most > 2 * MS - MS / 5);
+        assert_true(most < 2 * MS + MS / 10);
+        for (uint8_t i = 0; i < 20; i++) {
+            struct hal_can_frame frame = { .id = 0x181, .len = 1 };
+            frame.data[0] = i;
+            assert_int_equal(hal_can_send(&f->port[from].can, &frame),
+                             MOTION_OK);
+            sim_world_run(&f->world, f->world.now_ns + MS / 5);
+        }
+        sim_world_run(&f->world, f->world.now_ns + 3 * MS);
+        for (uint8_t i = 0; i < 20; i++) {
+            struct hal_can_frame frame;
+            assert_int_equal(hal_can_recv(&f->port[to].can, &frame), 1);
+            assert_int_equal(frame.data[0], i);
+        }
+        free(f);
+    }
 }
 
 int main(void)
@@ -495,6 +598,8 @@ int main(void)
         cmocka_unit_test(a_dropped_identifier_never_comes_and_others_do),
         cmocka_unit_test(late_frames_keep_their_order),
         cmocka_unit_test(spoilt_data_are_other_data_and_come_in_time),
+        cmocka_unit_test(frames_are_lost_and_doubled_in_one_direction),
+        cmocka_unit_test(jitter_is_within_its_bound_and_in_order),
         cmocka_unit_test(odd_rates_are_refused),
     };
 
