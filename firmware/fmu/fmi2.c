@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "firmware/fmu/instance.h"
+#include "firmware/host/base/memory.h"
 
 typedef void *fmi2Component;
 typedef unsigned int fmi2ValueReference;
@@ -236,6 +237,55 @@ EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, int kind,
     return FMU_DISCARD;
 }
 
+/* --- states --- */
+
+EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, void **state)
+{
+    struct fmu_kept *kept = *state;
+    const fmi2Status status = fmu_keep(c, &kept);
+    *state = kept;
+    return status;
+}
+
+EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, void *state)
+{
+    return fmu_restore(c, state);
+}
+
+EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, void **state)
+{
+    (void)c;
+    memory_free(*state);
+    *state = NULL;
+    return FMU_OK;
+}
+
+EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, void *state,
+                                             size_t *size)
+{
+    const struct fmu_kept *const kept = state;
+    if (kept == NULL)
+        return fmu_fail(c, "there is no state");
+    *size = kept->size;
+    return FMU_OK;
+}
+
+EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, void *state,
+                                        fmi2Byte bytes[], size_t size)
+{
+    return fmu_kept_write(c, state, bytes, size);
+}
+
+EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c,
+                                          const fmi2Byte bytes[], size_t size,
+                                          void **state)
+{
+    struct fmu_kept *kept = NULL;
+    const fmi2Status status = fmu_kept_read(c, bytes, size, &kept);
+    *state = kept;
+    return status;
+}
+
 /* --- what the description says that it has not --- */
 
 static fmi2Status fmi2_none(fmi2Component c, size_t count)
@@ -298,49 +348,4 @@ EXPORT fmi2Status fmi2GetDirectionalDerivative(
 {
     (void)unknown, (void)known, (void)knowns, (void)along, (void)change;
     return fmi2_none(c, unknowns);
-}
-
-static fmi2Status fmi2_no_state(fmi2Component c)
-{
-    return fmu_fail(c, "the unit's state can be neither kept nor set");
-}
-
-EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, void **state)
-{
-    (void)state;
-    return fmi2_no_state(c);
-}
-
-EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, void *state)
-{
-    (void)state;
-    return fmi2_no_state(c);
-}
-
-EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, void **state)
-{
-    (void)state;
-    return fmi2_no_state(c);
-}
-
-EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, void *state,
-                                             size_t *size)
-{
-    (void)state, (void)size;
-    return fmi2_no_state(c);
-}
-
-EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, void *state,
-                                        fmi2Byte bytes[], size_t size)
-{
-    (void)state, (void)bytes, (void)size;
-    return fmi2_no_state(c);
-}
-
-EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c,
-                                          const fmi2Byte bytes[], size_t size,
-                                          void **state)
-{
-    (void)bytes, (void)size, (void)state;
-    return fmi2_no_state(c);
 }

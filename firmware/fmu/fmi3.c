@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "firmware/fmu/instance.h"
+#include "firmware/host/base/memory.h"
 
 typedef void *fmi3Instance;
 typedef uint32_t fmi3ValueReference;
@@ -175,6 +176,55 @@ EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time,
     return status;
 }
 
+/* --- states --- */
+
+EXPORT fmi3Status fmi3GetFMUState(fmi3Instance instance, void **state)
+{
+    struct fmu_kept *kept = *state;
+    const fmi3Status status = fmu_keep(instance, &kept);
+    *state = kept;
+    return status;
+}
+
+EXPORT fmi3Status fmi3SetFMUState(fmi3Instance instance, void *state)
+{
+    return fmu_restore(instance, state);
+}
+
+EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance instance, void **state)
+{
+    (void)instance;
+    memory_free(*state);
+    *state = NULL;
+    return FMU_OK;
+}
+
+EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, void *state,
+                                             size_t *size)
+{
+    const struct fmu_kept *const kept = state;
+    if (kept == NULL)
+        return fmu_fail(instance, "there is no state");
+    *size = kept->size;
+    return FMU_OK;
+}
+
+EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance instance, void *state,
+                                        uint8_t bytes[], size_t size)
+{
+    return fmu_kept_write(instance, state, bytes, size);
+}
+
+EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance instance,
+                                          const uint8_t bytes[], size_t size,
+                                          void **state)
+{
+    struct fmu_kept *kept = NULL;
+    const fmi3Status status = fmu_kept_read(instance, bytes, size, &kept);
+    *state = kept;
+    return status;
+}
+
 /* --- what the description says that it has not --- */
 
 /* Of types that none of the variables has, with or without a size of each. */
@@ -219,12 +269,6 @@ FMI3_NONE(String, fmi3String)
     X(SetBinary)                                                               \
     X(GetClock)                                                                \
     X(SetClock)                                                                \
-    X(GetFMUState)                                                             \
-    X(SetFMUState)                                                             \
-    X(FreeFMUState)                                                            \
-    X(SerializedFMUStateSize)                                                  \
-    X(SerializeFMUState)                                                       \
-    X(DeserializeFMUState)                                                     \
     X(GetDirectionalDerivative)                                                \
     X(GetAdjointDerivative)                                                    \
     X(GetNumberOfVariableDependencies)                                         \

@@ -64,6 +64,7 @@ void fmu_free(struct fmu *self)
     if (self == NULL)
         return;
     fmu_model_free(&self->model);
+    fmu_state_map_free(&self->map);
     fmu_files_free(&self->files);
     memory_free(self->name);
     memory_free(self);

@@ -15,6 +15,7 @@
 
 #include "firmware/linux/fmu/fmu_files.h"
 #include "firmware/linux/fmu/fmu_model.h"
+#include "firmware/linux/fmu/fmu_state.h"
 
 /* The values of fmi2Status and fmi3Status that are used; theirs are the same. */
 enum fmu_status { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR, FMU_FATAL };
@@ -31,6 +32,13 @@ struct fmu {
     void (*log)(struct fmu *self, enum fmu_status status, const char *text);
     void *logger; /* of the environment, for `log` */
     bool warned;
+    struct fmu_state_map map; /* once a state is kept */
+};
+
+/* A state that is kept: bytes that are the same wherever the unit runs. */
+struct fmu_kept {
+    size_t size;
+    unsigned char bytes[];
 };
 
 /* From the directory of the resources.  `token` is that of the description.
@@ -52,5 +60,15 @@ enum fmu_status fmu_get(struct fmu *self, uint32_t reference, bool is_boolean,
                         double *value);
 enum fmu_status fmu_set(struct fmu *self, uint32_t reference, bool is_boolean,
                         double value);
+
+/* Into a new one, or in the place of *kept. */
+enum fmu_status fmu_keep(struct fmu *self, struct fmu_kept **kept);
+/* Of this instance or of another one of the unit. */
+enum fmu_status fmu_restore(struct fmu *self, const struct fmu_kept *kept);
+/* From bytes of a kept state, which may come from another process. */
+enum fmu_status fmu_kept_read(struct fmu *self, const void *bytes, size_t size,
+                              struct fmu_kept **kept);
+enum fmu_status fmu_kept_write(struct fmu *self, const struct fmu_kept *kept,
+                               void *bytes, size_t size);
 
 #endif

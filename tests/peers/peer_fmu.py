@@ -79,6 +79,31 @@ class Unit:
                         communicationStepSize=until - self.now)
         self.now = until
 
+    def keep(self):
+        return (self.fmu.getFMUState if hasattr(self.fmu, "getFMUState")
+                else self.fmu.getFMUstate)()
+
+    def put_back(self, state, now):
+        (self.fmu.setFMUState if hasattr(self.fmu, "setFMUState")
+         else self.fmu.setFMUstate)(state)
+        self.now = now
+
+    def forget(self, state):
+        (self.fmu.freeFMUState if hasattr(self.fmu, "freeFMUState")
+         else self.fmu.freeFMUstate)(state)
+
+    def written(self, state):
+        return (self.fmu.serializeFMUState
+                if hasattr(self.fmu, "serializeFMUState")
+                else self.fmu.serializeFMUstate)(state)
+
+    def read(self, written):
+        for name in ("deserializeFMUState", "deSerializeFMUState",
+                     "deSerializeFMUstate"):
+            if hasattr(self.fmu, name):
+                return getattr(self.fmu, name)(written)
+        raise AttributeError("FMPy deserializes no state")
+
     def end(self):
         self.fmu.terminate()
         self.fmu.freeInstance()
@@ -238,6 +263,116 @@ def ways(rig):
     unit.end()
 
 
+def on(unit, axes, start, count, demand):
+    """Steps of 3 ms from step `start` on; all that can be seen after each."""
+    seen = []
+    for k in range(start, start + count):
+        for i, axis in enumerate(axes):
+            for of, value in zip(("position", "velocity", "acceleration"),
+                                 demand(i, k)):
+                unit.set(f"{axis}.demand.{of}", value)
+        unit.step((k + 1) * 3e-3)
+        seen.append([unit.get(f"{axis}.{of}") for axis in axes
+                     for of in ("actual.position", "actual.velocity",
+                                "plant.position")] +
+                    [unit.yes(f"{axis}.{of}") for axis in axes
+                     for of in ("enabled", "fault")])
+    return seen
+
+
+def demands(begin, jumps_at):
+    """A swing about where the axes begin; at one step a set point far away, at
+    which drives go into fault."""
+    def demand(i, k):
+        far = 80.0 if k >= jumps_at else 0.0
+        return begin[i] + 0.4 * np.sin(0.05 * k) + far, 0.0, 0.0
+    return demand
+
+
+def elsewhere(path, written, begin, jumps_at):
+    """The rest of a run in another process, from a state that was written."""
+    code = ("import sys; sys.path.insert(0, 'tests/peers'); import peer_fmu as p,"
+            " numpy as np\n"
+            "def nothing(*a): pass\n"
+            f"unit = p.Unit({path!r})\n"
+            "axes = sorted(n[:-8] for n in unit.of if n.endswith('.enabled'))\n"
+            "state = unit.read(open(sys.argv[1], 'rb').read())\n"
+            "unit.put_back(state, 300 * 3e-3)\n"
+            f"seen = p.on(unit, axes, 300, 300, p.demands({begin!r}, {jumps_at}))\n"
+            "np.save(sys.argv[2], np.array(seen, dtype=float))\n")
+    state, seen = os.path.join(DIR, "state"), os.path.join(DIR, "seen.npy")
+    with open(state, "wb") as file:
+        file.write(written)
+    subprocess.run([sys.executable, "-c", code, state, seen], check=True)
+    return np.load(seen)
+
+
+def kept(rig, version, jumps_at):
+    """A state is kept after 300 steps; what follows is the same whenever and
+    wherever it is put back."""
+    path = exported(rig, version)
+    unit, other = Unit(path), Unit(path)
+    axes = sorted(n[:-8] for n in unit.of if n.endswith(".enabled"))
+    unit.start()
+    begin = [unit.get(f"{axis}.plant.position") for axis in axes]
+    demand = demands(begin, jumps_at)
+    on(unit, axes, 0, 300, demand)
+    state = unit.keep()
+    first = on(unit, axes, 300, 300, demand)
+    faults = any(any(row[-2 * len(axes) + 1::2]) for row in first)
+    unit.put_back(state, 300 * 3e-3)
+    again = on(unit, axes, 300, 300, demand)
+    # on beside the first one, which goes on itself
+    written = bytes(unit.written(state))
+    copy = other.read(written)
+    other.put_back(copy, 300 * 3e-3)
+    beside = []
+    unit.put_back(state, 300 * 3e-3)
+    mixed = []
+    for k in range(300, 600):
+        beside += on(other, axes, k, 1, demand)
+        mixed += on(unit, axes, k, 1, demand)
+    unit.fmu.reset()
+    unit.put_back(state, 300 * 3e-3)
+    after_reset = on(unit, axes, 300, 300, demand)
+    far = elsewhere(path, written, begin, jumps_at)
+    unit.forget(state)
+    other.forget(copy)
+    unit.end()
+    other.end()
+    name = (f"{os.path.basename(rig)}: FMI {version}.0"
+            f"{', in a fault' if faults else ''}")
+    claim(f"{name}: a state of {len(written)} bytes that is put back goes on the "
+          f"same", again == first)
+    claim(f"{name}: beside another instance with it, and after a reset",
+          beside == first and mixed == first and after_reset == first)
+    claim(f"{name}: in another process", (far == np.array(first, float)).all())
+    claim(f"{name}: moves", first[0] != first[-1] and
+          faults == (jumps_at < 600))
+
+
+def states():
+    for version in 2, 3:
+        kept("tests/data/fmu", version, 1000)
+        kept("examples/dolly", version, 400)
+        kept("examples/dolly", version, 299)  # in the middle of it
+    kept("examples/odrive", 3, 1000)
+    kept("examples/modbus", 3, 400)
+    path = exported("tests/data/fmu", 3)
+    unit = Unit(path)
+    unit.start()
+    state = unit.keep()
+    written = bytearray(unit.written(state))
+    written[len(written) // 2] ^= 1
+    try:
+        unit.read(bytes(written))
+        claim("bytes of no state are refused", False)
+    except Exception:
+        claim("bytes of no state are refused", True)
+    unit.forget(state)
+    unit.end()
+
+
 def main():
     os.makedirs(DIR, exist_ok=True)
     like_run("examples/dolly", {"dolly": "mm", "focus": "deg", "pan": "deg",
@@ -246,6 +381,7 @@ def main():
     any_step("tests/data/fmu", "pan", 0.0)
     ways("tests/data/fmu")
     every_kind()
+    states()
     return failed > 0
 
 

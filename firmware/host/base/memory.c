@@ -29,6 +29,7 @@ void memory_free(void *block)
 
 struct memory_block {
     struct memory_block *before;
+    size_t size; /* of all of it */
     max_align_t data[];
 };
 
@@ -36,9 +37,10 @@ void *memory_pool_new(struct memory_pool *pool, size_t count, size_t size)
 {
     if (size > 0 && count > (SIZE_MAX - sizeof(struct memory_block)) / size)
         memory_fail();
-    struct memory_block *block =
-        memory_new(1, sizeof(struct memory_block) + count * size);
+    const size_t whole = sizeof(struct memory_block) + count * size;
+    struct memory_block *block = memory_new(1, whole);
     block->before = pool->last;
+    block->size = whole;
     pool->last = block;
     return block->data;
 }
@@ -62,4 +64,12 @@ void memory_pool_free(struct memory_pool *pool)
         pool->last = block->before;
         memory_free(block);
     }
+}
+
+void memory_pool_each(const struct memory_pool *pool,
+                      void (*each)(void *of, void *at, size_t size), void *of)
+{
+    for (struct memory_block *block = pool->last; block != NULL;
+         block = block->before)
+        each(of, block, block->size);
 }

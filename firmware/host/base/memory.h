@@ -25,6 +25,10 @@ void *memory_pool_new(struct memory_pool *pool, size_t count, size_t size);
 void *memory_pool_more(struct memory_pool *pool, void *array, size_t count,
                        size_t size);
 void memory_pool_free(struct memory_pool *pool);
+/* Calls each(of, ...) for all bytes of a block, its link to the one before too:
+ * from the last block on. */
+void memory_pool_each(const struct memory_pool *pool,
+                      void (*each)(void *of, void *at, size_t size), void *of);
 
 /* Memory has run out.  Defined by the program, which ends; slew says so and has
  * status 3. */

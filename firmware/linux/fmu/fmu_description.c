@@ -263,8 +263,12 @@ void fmu_describe(FILE *file, const struct rig *rig, int version,
             version == 3 ? "" : " numberOfEventIndicators=\"0\"");
     fprintf(file,
             "  <CoSimulation modelIdentifier=\"" FMU_IDENTIFIER "\" "
-            "canHandleVariableCommunicationStepSize=\"true\"%s/>\n",
-            version == 3 ? "" : " canNotUseMemoryManagementFunctions=\"true\"");
+            "canHandleVariableCommunicationStepSize=\"true\" %s/>\n",
+            version == 3 ? "canGetAndSetFMUState=\"true\" "
+                           "canSerializeFMUState=\"true\""
+                         : "canNotUseMemoryManagementFunctions=\"true\" "
+                           "canGetAndSetFMUstate=\"true\" "
+                           "canSerializeFMUstate=\"true\"");
     describe_units(&self);
     fprintf(file,
             "  <DefaultExperiment startTime=\"0\" stopTime=\"10\" "

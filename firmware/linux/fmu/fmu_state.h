@@ -1,0 +1,40 @@
+/* firmware/linux/fmu/fmu_state.h - the state of a model in bytes, to put into it
+ * again or into another model of the same rig, in another process too.
+ *
+ * A model is the blocks of its memory: itself and those of its pools.  They are
+ * copied as they are, but for what points into them or into the program: that is
+ * kept as a block (or the program) and a place in it.  Which words these are is
+ * not guessed.  Two models are started beside each other; where they differ,
+ * there is a pointer, as what is simulated is the same.  Pointers are made by the
+ * start of a model: later a word may point to something else, but none becomes a
+ * pointer that was none (tests/firmware/linux/fmu/test_fmu_state.c). */
+#ifndef FIRMWARE_LINUX_FMU_FMU_STATE_H
+#define FIRMWARE_LINUX_FMU_FMU_STATE_H
+
+#include "firmware/linux/fmu/fmu_model.h"
+
+/* Which words of a model are pointers.  All zero: not known yet. */
+struct fmu_state_map {
+    struct memory_pool memory;
+    unsigned char *word; /* enum in fmu_state.c, of every word of every block */
+    size_t words, size;
+};
+
+/* Of the models of a rig.  0, or -1 with a message. */
+int fmu_state_map_init(struct fmu_state_map *map, const struct files *files,
+                       const char *path, char message[YAML_MESSAGE_MAX]);
+void fmu_state_map_free(struct fmu_state_map *map);
+
+/* Of a model that has been started. */
+size_t fmu_state_size(const struct fmu_model *model);
+void fmu_state_save(const struct fmu_state_map *map, struct fmu_model *model,
+                    unsigned char *bytes);
+/* -1, and nothing has changed: they are no state of that model. */
+int fmu_state_load(const struct fmu_state_map *map, struct fmu_model *model,
+                   const unsigned char *bytes, size_t size);
+
+/* How many words that the map does not have look like pointers: for tests. */
+size_t fmu_state_stray(const struct fmu_state_map *map,
+                       struct fmu_model *model);
+
+#endif
