@@ -15,12 +15,24 @@ static bool sim_is_unit(const double *axis)
     return fabs(sim_dot3(axis, axis) - 1) < 1e-6;
 }
 
+static bool sim_box_is_legal(const struct sim_box *box)
+{
+    bool legal = isfinite(sim_dot3(box->center_m, box->center_m)) &&
+                 isfinite(sim_dot3(box->half_m, box->half_m));
+
+    for (int k = 0; k < 3; k++)
+        legal = legal && box->half_m[k] > 0 && sim_is_unit(box->axis[k]) &&
+                fabs(sim_dot3(box->axis[k], box->axis[(k + 1) % 3])) < 1e-6;
+    return legal;
+}
+
 static bool sim_bodies_is_legal(const struct sim_bodies_config *config,
                                 const struct sim_sphere *sphere,
                                 const struct sim_plane *plane)
 {
     if (config->spheres < 1 || config->spheres > SIM_BODIES_SPHERES ||
         config->planes < 0 || config->planes > SIM_BODIES_PLANES ||
+        config->boxes < 0 || config->boxes > SIM_BODIES_BOXES ||
         !(config->restitution >= 0 && config->restitution <= 1) ||
         !(isfinite(config->friction) && config->friction >= 0) ||
         !isfinite(sim_dot3(config->gravity_m_s2, config->gravity_m_s2)))
@@ -35,6 +47,10 @@ static bool sim_bodies_is_legal(const struct sim_bodies_config *config,
             !sim_is_unit(plane[i].normal) ||
             (sim_dot3(plane[i].axis, plane[i].axis) != 0 &&
              !sim_is_unit(plane[i].axis)))
+            return false;
+    }
+    for (int i = 0; i < config->boxes; i++) {
+        if (!sim_box_is_legal(&config->box[i]))
             return false;
     }
     return true;
@@ -53,10 +69,13 @@ int sim_bodies_init(struct sim_bodies *bodies,
     for (int a = 0; a < config->spheres; a++) {
         for (int p = 0; p < config->planes; p++)
             contact[bodies->contacts++] =
-                (struct sim_contact){ .a = a, .b = -1, .plane = p };
+                (struct sim_contact){ .a = a, .b = -1, .plane = p, .box = -1 };
+        for (int x = 0; x < config->boxes; x++)
+            contact[bodies->contacts++] =
+                (struct sim_contact){ .a = a, .b = -1, .plane = -1, .box = x };
         for (int b = 0; b < a; b++)
             contact[bodies->contacts++] =
-                (struct sim_contact){ .a = a, .b = b, .plane = -1 };
+                (struct sim_contact){ .a = a, .b = b, .plane = -1, .box = -1 };
     }
     return MOTION_OK;
 }

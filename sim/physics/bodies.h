@@ -1,5 +1,5 @@
-/* sim/physics/bodies.h - rigid spheres against planes and each other: a ball on
- * a plate, balls in a box.
+/* sim/physics/bodies.h - rigid spheres against planes, boxes and each other: a
+ * ball on a plate, balls on a step.
  *
  * Spheres are uniform (inertia 2/5 m r^2).  Between contacts they fly on their
  * parabola, and the time of the next impact is found on it, so that nothing
@@ -25,9 +25,10 @@
 #define SIM_BODIES_EVENTS    2000 /* in one step */
 #define SIM_BODIES_SPHERES   1000
 #define SIM_BODIES_PLANES    1000
-/* Pairs that may touch. */
-#define SIM_BODIES_CONTACTS(spheres, planes)                                   \
-    ((spheres) * ((spheres)-1) / 2 + (spheres) * (planes))
+#define SIM_BODIES_BOXES     1000
+/* Pairs that may touch; solids: planes and boxes. */
+#define SIM_BODIES_CONTACTS(spheres, solids)                                   \
+    ((spheres) * ((spheres)-1) / 2 + (spheres) * (solids))
 
 struct sim_sphere {
     double mass_kg, radius_m; /* > 0 */
@@ -42,10 +43,17 @@ struct sim_plane {
     double axis[3];               /* a unit vector, or 0 0 0: never turns */
 };
 
-/* A pair that may touch: sphere a with sphere b or, when b < 0, with a
- * plane. */
+/* A fixed box, solid.  A sphere touches its faces, edges and corners: the normal
+ * is from the box's nearest point to the sphere's centre. */
+struct sim_box {
+    double center_m[3], half_m[3]; /* half_m: of its sizes, > 0 */
+    double axis[3][3]; /* unit vectors along these, each across the others */
+};
+
+/* A pair that may touch: sphere a with sphere b, a plane or a box; -1: not
+ * it. */
 struct sim_contact {
-    int a, b, plane;
+    int a, b, plane, box;
     double force_n; /* normal, over the last substep; 0: apart */
     bool slips;
     double stuck_s; /* when the slip last ended */
@@ -62,8 +70,10 @@ struct sim_impact {
 
 struct sim_bodies_config {
     int spheres, planes; /* 1 .. SIM_BODIES_SPHERES, 0 .. SIM_BODIES_PLANES */
-    double restitution;  /* 0 .. 1 */
-    double friction;     /* >= 0, sliding and sticking */
+    int boxes;           /* 0 .. SIM_BODIES_BOXES */
+    const struct sim_box *box;
+    double restitution; /* 0 .. 1 */
+    double friction;    /* >= 0, sliding and sticking */
     double gravity_m_s2[3];
 };
 
@@ -82,7 +92,7 @@ struct sim_bodies {
     double begin_s;
 };
 
-/* contact: SIM_BODIES_CONTACTS(spheres, planes) of them.  All memory is the
+/* contact: SIM_BODIES_CONTACTS(spheres, planes + boxes) of them.  All memory is the
  * bodies' from now on.  MOTION_E_ARG when a value is outside the ranges
  * above. */
 int sim_bodies_init(struct sim_bodies *bodies,

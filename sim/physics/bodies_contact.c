@@ -44,28 +44,74 @@ static void sim_plane_normal(const struct sim_bodies *bodies, int plane,
     }
 }
 
+/* Out of a box to a place; how far that is outside. */
+static double sim_box_gap(const struct sim_box *box, const double *pos,
+                          double *normal)
+{
+    double from[3], local[3], out[3], depth = INFINITY;
+    int face = 0;
+
+    for (int k = 0; k < 3; k++)
+        from[k] = pos[k] - box->center_m[k];
+    for (int k = 0; k < 3; k++) {
+        local[k] = sim_dot3(from, box->axis[k]);
+        out[k] = fmax(fabs(local[k]) - box->half_m[k], 0);
+        if (box->half_m[k] - fabs(local[k]) < depth) {
+            depth = box->half_m[k] - fabs(local[k]);
+            face = k;
+        }
+    }
+    double distance = sqrt(sim_dot3(out, out));
+    if (distance <= 0) { /* inside: by its nearest face */
+        out[face] = 1;
+        distance = -depth;
+    }
+    const double size = distance > 0 ? distance : 1;
+    for (int k = 0; k < 3; k++) {
+        normal[k] = 0;
+        for (int j = 0; j < 3; j++)
+            normal[k] += copysign(out[j] / size, local[j]) * box->axis[j][k];
+    }
+    return distance;
+}
+
+/* With the spheres at these places; b: NULL when it is no sphere. */
+static void sim_contact_gap_at(const struct sim_bodies *bodies,
+                               const struct sim_contact *contact, double t_s,
+                               const double *a, const double *b,
+                               struct sim_touch *touch)
+{
+    const double radius = bodies->sphere[contact->a].radius_m;
+    double from[3], spin[3];
+
+    if (contact->box >= 0) {
+        touch->gap_m =
+            sim_box_gap(&bodies->config.box[contact->box], a, touch->normal) -
+            radius;
+        return;
+    }
+    const double *const to =
+        b != NULL ? b : bodies->plane[contact->plane].point_m;
+    for (int k = 0; k < 3; k++)
+        from[k] = a[k] - to[k];
+    if (b == NULL) {
+        sim_plane_normal(bodies, contact->plane, t_s, touch->normal, spin);
+        touch->gap_m = sim_dot3(from, touch->normal) - radius;
+        return;
+    }
+    const double distance = sqrt(sim_dot3(from, from));
+    for (int k = 0; k < 3; k++)
+        touch->normal[k] = distance > 0 ? from[k] / distance : (k == 2 ? 1 : 0);
+    touch->gap_m = distance - radius - bodies->sphere[contact->b].radius_m;
+}
+
 void sim_contact_gap(const struct sim_bodies *bodies,
                      const struct sim_contact *contact, double t_s,
                      struct sim_touch *touch)
 {
-    const struct sim_sphere *const a = &bodies->sphere[contact->a];
-    double from[3], spin[3];
-
-    if (contact->b < 0) {
-        const struct sim_plane *const plane = &bodies->plane[contact->plane];
-        sim_plane_normal(bodies, contact->plane, t_s, touch->normal, spin);
-        for (int k = 0; k < 3; k++)
-            from[k] = a->pos_m[k] - plane->point_m[k];
-        touch->gap_m = sim_dot3(from, touch->normal) - a->radius_m;
-        return;
-    }
-    const struct sim_sphere *const b = &bodies->sphere[contact->b];
-    for (int k = 0; k < 3; k++)
-        from[k] = a->pos_m[k] - b->pos_m[k];
-    const double distance = sqrt(sim_dot3(from, from));
-    for (int k = 0; k < 3; k++)
-        touch->normal[k] = distance > 0 ? from[k] / distance : (k == 2 ? 1 : 0);
-    touch->gap_m = distance - a->radius_m - b->radius_m;
+    sim_contact_gap_at(
+        bodies, contact, t_s, bodies->sphere[contact->a].pos_m,
+        contact->b >= 0 ? bodies->sphere[contact->b].pos_m : NULL, touch);
 }
 
 /* Of a plane's surface where sphere a touches it. */
@@ -112,7 +158,7 @@ void sim_contact_touch(const struct sim_bodies *bodies,
     double surface[3] = { 0 };
 
     sim_contact_gap(bodies, contact, t_s, touch);
-    if (contact->b < 0)
+    if (contact->plane >= 0)
         sim_plane_speed(bodies, contact, t_s, surface);
     sim_contact_speeds(bodies, contact, surface, touch);
 }
@@ -177,13 +223,13 @@ static double sim_contact_relax(struct sim_bodies *bodies,
         if (size > most)
             wanted[k] *= most / size;
         impulse[k] = wanted[k] - contact->tangent_n_s[k] +
-                     (normal_n_s - contact->normal_n_s) * touch->normal[k];
+                     (normal_n_s - contact->normal_n_s) * touch->push[k];
         contact->tangent_n_s[k] = wanted[k];
     }
     contact->normal_n_s = normal_n_s;
     change = sqrt(sim_dot3(impulse, impulse)) / mass;
     if (change > 0)
-        sim_contact_push(bodies, contact, touch->normal, impulse);
+        sim_contact_push(bodies, contact, touch->push, impulse);
     return change;
 }
 
@@ -207,26 +253,58 @@ static void sim_contact_start(struct sim_bodies *bodies,
 {
     double impulse[3];
     /* Tangential impulses stay so when the normal has turned. */
-    const double normal = sim_dot3(contact->tangent_n_s, touch->normal);
+    const double normal = sim_dot3(contact->tangent_n_s, touch->push);
 
     for (int k = 0; k < 3; k++) {
-        contact->tangent_n_s[k] -= normal * touch->normal[k];
+        contact->tangent_n_s[k] -= normal * touch->push[k];
         impulse[k] =
-            contact->tangent_n_s[k] + contact->normal_n_s * touch->normal[k];
+            contact->tangent_n_s[k] + contact->normal_n_s * touch->push[k];
     }
-    sim_contact_push(bodies, contact, touch->normal, impulse);
+    sim_contact_push(bodies, contact, touch->push, impulse);
 }
 
-/* The geometry of a contact at the end of the substep. */
+/* Where a sphere comes with the speed of the substep's begin. */
+static void sim_sphere_ahead(const struct sim_sphere *sphere, double s,
+                             double *pos)
+{
+    for (int k = 0; k < 3; k++) /* acc: that speed, sim_bodies_accelerate */
+        pos[k] = sphere->pos_m[k] + s * sphere->acc_m_s2[k];
+}
+
+static void sim_contact_ahead(const struct sim_bodies *bodies,
+                              const struct sim_contact *contact, double t_s,
+                              double s, struct sim_touch *touch)
+{
+    double a[3], b[3];
+
+    sim_sphere_ahead(&bodies->sphere[contact->a], s, a);
+    if (contact->b >= 0)
+        sim_sphere_ahead(&bodies->sphere[contact->b], s, b);
+    sim_contact_gap_at(bodies, contact, t_s, a, contact->b >= 0 ? b : NULL,
+                       touch);
+}
+
+/* The geometry of a contact at the end of the substep.  What is round turns its
+ * normal meanwhile: speeds end across that of the end, and impulses along that of
+ * the middle do no work on what moves around it. */
 static void sim_contact_end(struct sim_bodies *bodies,
                             const struct sim_contact *contact, double begin_s,
                             double step_s, double *surface,
                             struct sim_touch *touch)
 {
+    struct sim_touch middle;
+
     memset(surface, 0, 3 * sizeof *surface);
-    sim_contact_gap(bodies, contact, begin_s + step_s, touch);
-    if (contact->b < 0 && bodies->turn_rad != NULL)
-        sim_plane_speed(bodies, contact, begin_s + step_s, surface);
+    if (contact->plane >= 0) {
+        sim_contact_gap(bodies, contact, begin_s + step_s, touch);
+        memcpy(touch->push, touch->normal, sizeof touch->push);
+        if (bodies->turn_rad != NULL)
+            sim_plane_speed(bodies, contact, begin_s + step_s, surface);
+        return;
+    }
+    sim_contact_ahead(bodies, contact, begin_s, 0.5 * step_s, &middle);
+    sim_contact_ahead(bodies, contact, begin_s, step_s, touch);
+    memcpy(touch->push, middle.normal, sizeof touch->push);
 }
 
 void sim_contact_rest(struct sim_bodies *bodies, double begin_s, double step_s)
@@ -273,28 +351,27 @@ static double sim_contact_fall(double gap, double speed, double acc)
     return (speed + sqrt(square)) / -acc;
 }
 
+static void sim_sphere_later(const struct sim_sphere *sphere, double s,
+                             double *pos)
+{
+    for (int k = 0; k < 3; k++)
+        pos[k] = sphere->pos_m[k] +
+                 s * (sphere->vel_m_s[k] + 0.5 * s * sphere->acc_m_s2[k]);
+}
+
 /* Gap of a pair s later, on the parabolas. */
 static double sim_contact_later(const struct sim_bodies *bodies,
                                 const struct sim_contact *contact, double t_s,
-                                double s)
+                                double s, struct sim_touch *touch)
 {
-    struct sim_sphere spheres[2] = { bodies->sphere[contact->a] };
-    struct sim_bodies world = *bodies;
-    struct sim_contact pair = *contact;
-    struct sim_touch touch;
+    double a[3], b[3];
 
+    sim_sphere_later(&bodies->sphere[contact->a], s, a);
     if (contact->b >= 0)
-        spheres[1] = bodies->sphere[contact->b];
-    for (int i = 0; i < 2; i++) {
-        for (int k = 0; k < 3; k++)
-            spheres[i].pos_m[k] +=
-                s * (spheres[i].vel_m_s[k] + 0.5 * s * spheres[i].acc_m_s2[k]);
-    }
-    world.sphere = spheres;
-    pair.a = 0;
-    pair.b = contact->b >= 0 ? 1 : -1;
-    sim_contact_gap(&world, &pair, t_s + s, &touch);
-    return touch.gap_m;
+        sim_sphere_later(&bodies->sphere[contact->b], s, b);
+    sim_contact_gap_at(bodies, contact, t_s + s, a, contact->b >= 0 ? b : NULL,
+                       touch);
+    return touch->gap_m;
 }
 
 /* A plane that turns: where the gap at the end is negative, by halving. */
@@ -302,13 +379,14 @@ static double sim_contact_meet_turning(const struct sim_bodies *bodies,
                                        const struct sim_contact *contact,
                                        double t_s, double step_s)
 {
+    struct sim_touch touch;
     double low = 0, high = step_s;
 
-    if (sim_contact_later(bodies, contact, t_s, step_s) >= 0)
+    if (sim_contact_later(bodies, contact, t_s, step_s, &touch) >= 0)
         return INFINITY;
     for (int i = 0; i < 60; i++) {
         const double middle = 0.5 * (low + high);
-        if (sim_contact_later(bodies, contact, t_s, middle) < 0)
+        if (sim_contact_later(bodies, contact, t_s, middle, &touch) < 0)
             high = middle;
         else
             low = middle;
@@ -316,8 +394,34 @@ static double sim_contact_meet_turning(const struct sim_bodies *bodies,
     return high;
 }
 
-/* Two spheres: a quadratic when both accelerate alike, else by advancing no
- * further than they can approach. */
+/* By advancing no further than the pair can approach: vel, acc are a's against
+ * what it meets. */
+static double sim_contact_advance(const struct sim_bodies *bodies,
+                                  const struct sim_contact *contact, double t_s,
+                                  double step_s, const double *vel,
+                                  const double *acc)
+{
+    const double most =
+        sqrt(sim_dot3(vel, vel)) + step_s * sqrt(sim_dot3(acc, acc));
+    struct sim_touch touch;
+    double s = 0;
+
+    for (int i = 0; i < ADVANCE_MAX && s < step_s; i++) {
+        const double gap = sim_contact_later(bodies, contact, t_s, s, &touch);
+        if (gap > most * (step_s - s))
+            return INFINITY;
+        if (gap >= 0.1 * SIM_BODIES_TOUCH_M)
+            s += gap / most;
+        else if (sim_dot3(touch.normal, vel) + s * sim_dot3(touch.normal, acc) <
+                 0)
+            return s;
+        else /* apart from a touch: not at once together again */
+            s += step_s / ADVANCE_MAX;
+    }
+    return s < step_s ? s : INFINITY;
+}
+
+/* Two spheres: a quadratic when both accelerate alike. */
 static double sim_contact_meet_spheres(const struct sim_bodies *bodies,
                                        const struct sim_contact *contact,
                                        double t_s, double step_s)
@@ -332,29 +436,11 @@ static double sim_contact_meet_spheres(const struct sim_bodies *bodies,
         vel[k] = a->vel_m_s[k] - b->vel_m_s[k];
         acc[k] = a->acc_m_s2[k] - b->acc_m_s2[k];
     }
-    const double speed = sqrt(sim_dot3(vel, vel));
-    const double most = speed + step_s * sqrt(sim_dot3(acc, acc));
+    if (sim_dot3(acc, acc) > 1e-18 * (1 + sim_dot3(b->acc_m_s2, b->acc_m_s2)))
+        return sim_contact_advance(bodies, contact, t_s, step_s, vel, acc);
     const double beyond = fmax(0, sim_dot3(from, from) - reach * reach);
-    if (sqrt(beyond + reach * reach) - reach > most * step_s)
-        return INFINITY;
-    if (sim_dot3(acc, acc) <= 1e-18 * (1 + sim_dot3(b->acc_m_s2, b->acc_m_s2)))
-        return sim_contact_fall(beyond, 2 * sim_dot3(from, vel),
-                                2 * speed * speed);
-    double s = 0;
-    for (int i = 0; i < ADVANCE_MAX && s < step_s; i++) {
-        const double gap = sim_contact_later(bodies, contact, t_s, s);
-        double closing = 0;
-        for (int k = 0; k < 3; k++)
-            closing -= (from[k] + s * (vel[k] + 0.5 * s * acc[k])) *
-                       (vel[k] + s * acc[k]);
-        if (gap >= 0.1 * SIM_BODIES_TOUCH_M)
-            s += gap / most;
-        else if (closing > 0)
-            return s;
-        else /* apart from a touch: not at once together again */
-            s += step_s / ADVANCE_MAX;
-    }
-    return s < step_s ? s : INFINITY;
+    return sim_contact_fall(beyond, 2 * sim_dot3(from, vel),
+                            2 * sim_dot3(vel, vel));
 }
 
 static double sim_contact_meet(const struct sim_bodies *bodies,
@@ -366,6 +452,9 @@ static double sim_contact_meet(const struct sim_bodies *bodies,
 
     if (contact->b >= 0)
         return sim_contact_meet_spheres(bodies, contact, t_s, step_s);
+    if (contact->box >= 0)
+        return sim_contact_advance(bodies, contact, t_s, step_s, a->vel_m_s,
+                                   a->acc_m_s2);
     const double *const axis = bodies->plane[contact->plane].axis;
     if (bodies->turn_rad != NULL && sim_dot3(axis, axis) > 0)
         return sim_contact_meet_turning(bodies, contact, t_s, step_s);

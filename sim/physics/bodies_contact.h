@@ -22,9 +22,10 @@ static inline void sim_cross3(const double *a, const double *b, double *to)
     to[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* The normal points to sphere a. */
+/* The normal points to sphere a; push is what impulses act along, the same but
+ * where a contact that rests moves over something round. */
 struct sim_touch {
-    double gap_m, normal[3];
+    double gap_m, normal[3], push[3];
     double slip_m_s[3]; /* of a's contact point against b's, tangential */
     double speed_m_s;   /* normal: negative when they approach */
 };

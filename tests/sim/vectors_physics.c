@@ -40,6 +40,7 @@ static const struct {
     { "fast_sphere", physics_make_spheres },
     { "rolling", physics_make_spheres },
     { "sphere_stack", physics_make_spheres },
+    { "sphere_box", physics_make_spheres },
     { "tilting_plate", physics_make_plate },
 };
 

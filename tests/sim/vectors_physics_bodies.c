@@ -10,6 +10,7 @@
 
 #define SPHERES_MAX     16
 #define PLANES_MAX      16
+#define BOXES_MAX       16
 #define IMPACTS_MAX     4096
 #define IMPACT_MARGIN_S 0.05
 #define REST_FROM_S     1.0
@@ -19,7 +20,9 @@ struct balls {
     struct sim_bodies bodies;
     struct sim_sphere sphere[SPHERES_MAX];
     struct sim_plane plane[PLANES_MAX];
-    struct sim_contact contact[SIM_BODIES_CONTACTS(SPHERES_MAX, PLANES_MAX)];
+    struct sim_box box[BOXES_MAX];
+    struct sim_contact
+        contact[SIM_BODIES_CONTACTS(SPHERES_MAX, PLANES_MAX + BOXES_MAX)];
     struct sim_impact impacts[IMPACTS_MAX];
     double apex[IMPACTS_MAX + 1]; /* largest gap before each impact */
     double from[3 * SPHERES_MAX]; /* centres at REST_FROM_S */
@@ -173,7 +176,7 @@ static double balls_force(const struct balls *self, const char *pair)
         const struct sim_contact *const at = &self->contact[c];
         const bool is_it =
             spheres ? (at->a == i && at->b == j) || (at->a == j && at->b == i)
-                    : at->a == j && at->b < 0 &&
+                    : at->a == j && at->plane >= 0 &&
                           balls_is_plane(&self->plane[at->plane], name);
         if (is_it && !(at->force_n <= force))
             force = at->force_n;
@@ -280,27 +283,51 @@ static bool balls_begin(struct balls *self, struct sim_bodies_config *config)
     return true;
 }
 
+/* `center`, `size` (of its whole sides) and `axes` (a unit vector along each; left
+ * out: those of the world). */
+static bool balls_box(const cJSON *of, struct sim_box *box)
+{
+    double axes[9] = { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, size[3];
+    const bool turned = cJSON_HasObjectItem(of, "axes");
+
+    if (!physics_list(of, "center", box->center_m, 3) ||
+        !physics_list(of, "size", size, 3) ||
+        (turned && physics_flatten(vectors_get(of, "axes"), axes, 9) != 9))
+        return false;
+    for (int k = 0; k < 3; k++)
+        box->half_m[k] = 0.5 * size[k];
+    memcpy(box->axis, axes, sizeof axes);
+    return true;
+}
+
 bool physics_make_spheres(const cJSON *item, struct physics_plant *plant)
 {
     struct balls *const self = balls_new(item, plant);
     const cJSON *const system = vectors_get(item, "system");
     const cJSON *const shapes = vectors_get(system, "spheres");
     const cJSON *const planes = vectors_get(system, "planes");
+    const cJSON *const boxes = cJSON_GetObjectItem(system, "boxes");
     const cJSON *const states =
         vectors_get(vectors_get(item, "initial"), "spheres");
     struct sim_bodies_config config = {
         .spheres = cJSON_GetArraySize(shapes),
         .planes = cJSON_GetArraySize(planes),
+        .boxes = cJSON_GetArraySize(boxes),
     };
 
     if (self == NULL || config.spheres > SPHERES_MAX ||
-        config.planes > PLANES_MAX ||
+        config.planes > PLANES_MAX || config.boxes > BOXES_MAX ||
         !balls_list(self->sphere, config.spheres, shapes, states))
         return false;
     for (int i = 0; i < config.planes; i++) {
         const cJSON *const of = cJSON_GetArrayItem(planes, i);
         if (!physics_list(of, "point", self->plane[i].point_m, 3) ||
             !physics_list(of, "normal", self->plane[i].normal, 3))
+            return false;
+    }
+    config.box = self->box;
+    for (int i = 0; i < config.boxes; i++) {
+        if (!balls_box(cJSON_GetArrayItem(boxes, i), &self->box[i]))
             return false;
     }
     return balls_begin(self, &config);
