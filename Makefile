@@ -355,6 +355,8 @@ nightly:
 	@$(MAKE) corrupt CC=clang SAN=address,undefined CORRUPTIONS=100000
 	@$(MAKE) hold HOLDS=400
 	@N=10000 $(MAKE) check T="homing_random service_random"
+	@N=1000000 TEST_TIMEOUT=7200 $(MAKE) check T=sim_particles_spheres
+	@$(MAKE) peers-physics
 	@$(MAKE) random-moves N=5000
 	@$(MAKE) examples-back
 	@$(MAKE) fault-pairs N=10000
@@ -412,7 +414,7 @@ fresh:
 # Also: bench-plan, bench-otg, bench-curves, peers-curves, peers-orient,
 # bake-bounds.
 -include tests/bench/bench.mk
-# Also: peers-space, test-peers.
+# Also: peers-space, peers-physics, test-peers.
 -include tests/peers/peers.mk
 # Also: stateful, soak.
 -include tests/firmware/control/stateful.mk

@@ -49,3 +49,17 @@ int sim_cloth_springs(const struct sim_cloth *cloth, struct sim_spring *springs,
     }
     return count;
 }
+
+int sim_spheres_springs(const struct sim_spring *like, int nodes,
+                        struct sim_spring *springs)
+{
+    int count = 0;
+
+    for (int j = 1; j < nodes; j++)
+        for (int i = 0; i < j; i++) {
+            springs[count] = *like;
+            springs[count].i = i;
+            springs[count++].j = j;
+        }
+    return count;
+}

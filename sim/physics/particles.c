@@ -8,10 +8,26 @@
 #include "motion/core/err.h"
 
 #define SUBSTEP_RATE 0.3 /* substep x fastest rate */
+#define TOUCHING_MAX 12  /* spheres of one size touch no more at once */
 
 static double sim_dot(const double *a, const double *b)
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Spheres that do not touch, as most pairs of a cloth's do not. */
+static bool sim_spring_is_apart(const struct sim_spring *spring,
+                                const double *pos)
+{
+    const double *const a = pos + 3 * (ptrdiff_t)spring->i,
+                        *const b = pos + 3 * (ptrdiff_t)spring->j;
+    double square = 0;
+
+    if (!spring->pushes)
+        return false;
+    for (int k = 0; k < 3; k++)
+        square += (b[k] - a[k]) * (b[k] - a[k]);
+    return square >= spring->rest_m * spring->rest_m;
 }
 
 /* The unit vector from i to j and the distance. */
@@ -30,12 +46,27 @@ static double sim_spring_axis(const struct sim_spring *spring,
     return length;
 }
 
+/* With a length that changes by apart. */
+static double sim_spring_tension(const struct sim_spring *spring, double length,
+                                 double apart)
+{
+    const double stretch = length - spring->rest_m;
+    const double elastic = spring->stiffness_n_m * stretch;
+
+    if (!spring->pushes)
+        return elastic + spring->damping_n_s_m * apart;
+    return fmin(0, elastic - spring->damping_n_s_m * apart * stretch /
+                                 spring->rest_m);
+}
+
 static void sim_particles_springs(const struct sim_particles_config *config,
                                   const double *pos, const double *vel,
                                   double *force)
 {
     for (int s = 0; s < config->springs; s++) {
         const struct sim_spring *const spring = &config->spring[s];
+        if (sim_spring_is_apart(spring, pos))
+            continue;
         double *const on_i = force + 3 * (ptrdiff_t)spring->i,
                       *const on_j = force + 3 * (ptrdiff_t)spring->j;
         const double *const vi = vel + 3 * (ptrdiff_t)spring->i,
@@ -45,9 +76,7 @@ static void sim_particles_springs(const struct sim_particles_config *config,
         const double apart = (vj[0] - vi[0]) * axis[0] +
                              (vj[1] - vi[1]) * axis[1] +
                              (vj[2] - vi[2]) * axis[2];
-        const double tension =
-            spring->stiffness_n_m * (length - spring->rest_m) +
-            spring->damping_n_s_m * apart;
+        const double tension = sim_spring_tension(spring, length, apart);
 
         for (int k = 0; k < 3; k++) {
             on_i[k] += tension * axis[k];
@@ -119,24 +148,32 @@ static bool sim_particles_is_legal(const struct sim_particles_config *config)
         if (spring->i < 0 || spring->i >= config->nodes || spring->j < 0 ||
             spring->j >= config->nodes || spring->i == spring->j ||
             !sim_amount(spring->stiffness_n_m) ||
-            !sim_amount(spring->damping_n_s_m) || !sim_amount(spring->rest_m))
+            !sim_amount(spring->damping_n_s_m) || !sim_amount(spring->rest_m) ||
+            (spring->pushes && !(spring->rest_m > 0)))
             return false;
     }
     return config->driven < 0 || config->node[config->driven].fixed;
 }
 
 /* No less than any rate of the springs: twice the stiffness (damping) at a
- * node over its mass, Gershgorin. */
+ * node over its mass, Gershgorin.  Of those that only push, no more act at once than
+ * spheres can touch. */
 static double sim_particles_fastest(const struct sim_particles_config *config,
                                     double *sums)
 {
     double *const stiffness = sums, *const damping = sums + config->nodes;
-    double fastest = 1;
+    double fastest = 1, push = 0, push_damping = 0;
 
     for (int i = 0; i < 2 * config->nodes; i++)
         sums[i] = 0;
     for (int s = 0; s < config->springs; s++) {
         const struct sim_spring *const spring = &config->spring[s];
+        if (spring->pushes) {
+            push = fmax(push, 2 * TOUCHING_MAX * spring->stiffness_n_m);
+            push_damping =
+                fmax(push_damping, 2 * TOUCHING_MAX * spring->damping_n_s_m);
+            continue;
+        }
         stiffness[spring->i] += 2 * spring->stiffness_n_m;
         stiffness[spring->j] += 2 * spring->stiffness_n_m;
         damping[spring->i] += 2 * spring->damping_n_s_m;
@@ -144,10 +181,11 @@ static double sim_particles_fastest(const struct sim_particles_config *config,
     }
     for (int i = 0; i < config->nodes; i++) {
         const double mass = config->node[i].mass_kg;
+        const double lost =
+            damping[i] + push_damping + config->drag_linear_n_s_m;
         if (!config->node[i].fixed)
             fastest = fmax(
-                fastest, fmax(sqrt(stiffness[i] / mass),
-                              (damping[i] + config->drag_linear_n_s_m) / mass));
+                fastest, fmax(sqrt((stiffness[i] + push) / mass), lost / mass));
     }
     return fastest;
 }
@@ -219,6 +257,8 @@ double sim_particles_energy_j(const struct sim_particles *particles)
     }
     for (int s = 0; s < config->springs; s++) {
         const struct sim_spring *const spring = &config->spring[s];
+        if (sim_spring_is_apart(spring, particles->pos_m))
+            continue;
         const double stretch =
             sim_spring_axis(spring, particles->pos_m, axis) - spring->rest_m;
         energy += 0.5 * spring->stiffness_n_m * stretch * stretch;
@@ -259,6 +299,6 @@ double sim_particles_tension_n(const struct sim_particles *particles,
     const struct sim_spring *const of = &particles->config.spring[spring];
     double axis[3];
 
-    return of->stiffness_n_m *
-           (sim_spring_axis(of, particles->pos_m, axis) - of->rest_m);
+    return sim_spring_tension(of, sim_spring_axis(of, particles->pos_m, axis),
+                              0);
 }

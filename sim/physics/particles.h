@@ -2,7 +2,10 @@
  * load on a spring.
  *
  * A spring pulls its node i towards j with k (l - l0) + c l', and pushes when
- * it is shorter than l0; drag is -linear v - quadratic |v| v on every free
+ * it is shorter than l0.  Two spheres of half the distance l0 about its nodes are
+ * a spring that only pushes: below l0, with k (l0 - l) less c l' (l0 - l) / l0, as
+ * long as that is a push (Hunt and Crossley, J. Appl. Mech. 42 (1975), 440).
+ * With it a cloth does not pass through itself.  Drag is -linear v - quadratic |v| v on every free
  * node.  A fixed node stays; the driven node follows the input.  Steps are
  * Gauss collocation (gauss.h): momentum and angular momentum are kept to
  * rounding, energy within a bounded error.  A cloth is a grid with structural,
@@ -32,6 +35,7 @@ struct sim_spring {
     double stiffness_n_m; /* >= 0 */
     double damping_n_s_m; /* >= 0 */
     double rest_m;        /* >= 0 */
+    bool pushes;          /* and never pulls: rest_m > 0 */
 };
 
 struct sim_particles_config {
@@ -110,5 +114,11 @@ struct sim_cloth {
 };
 int sim_cloth_springs(const struct sim_cloth *cloth, struct sim_spring *springs,
                       int capacity);
+/* Of every pair of nodes of a cloth, or any other number of nodes. */
+#define SIM_SPHERES_PAIRS(nodes) ((nodes) * ((nodes)-1) / 2)
+/* Every node is a sphere with half the rest_m of `like`, which pushes: a spring of
+ * that kind between any two.  Returns how many. */
+int sim_spheres_springs(const struct sim_spring *like, int nodes,
+                        struct sim_spring *springs);
 
 #endif

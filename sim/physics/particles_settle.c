@@ -47,6 +47,10 @@ static void sim_settle_block(const struct sim_particles *particles,
         length += axis[k] * axis[k];
     }
     length = sqrt(length);
+    if (spring->pushes && length >= spring->rest_m) {
+        memset(block, 0, 9 * sizeof *block);
+        return;
+    }
     const double across = length > 0 ? 1 - spring->rest_m / length : 0;
     for (int r = 0; r < 3; r++) {
         for (int c = 0; c < 3; c++) {

@@ -26,6 +26,13 @@ $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools: $(PEERS)/%: $(B)/tests/peers/%.o
 peers-space: $(SLEW)
 	@$(PYTHON) tests/peers/space.py $(SLEW)
 
+.PHONY: peers-physics
+## spheres against boxes, folded cloths: beside formulae in Python
+peers-physics: $(VECTORS)
+	@mkdir -p $(PEERS)
+	@$(PYTHON) tests/peers/physics_vectors.py >$(PEERS)/physics.json
+	@$(VECTORS) $(PEERS)/physics.json
+
 .PHONY: test-peers
 ## python-canopen, moteus, pymodbus, mbpoll, tshark, Ruckig, mcap, FMPy, zsh against ours
 test-peers: build $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \

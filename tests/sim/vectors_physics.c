@@ -30,6 +30,7 @@ static const struct {
     { "cable_dynamic", physics_make_cable },
     { "cloth_rest", physics_make_cloth },
     { "cloth_dynamic", physics_make_cloth },
+    { "cloth_spheres", physics_make_cloth },
     { "chain_modes", physics_make_chain },
     { "pendulum", physics_make_pendulum },
     { "dolly_pendulum", physics_make_pendulum },

@@ -10,7 +10,7 @@
 #include "tests/sim/vectors_physics.h"
 
 #define NODES_MAX    256
-#define SPRINGS_MAX  (6 * NODES_MAX)
+#define SPRINGS_MAX  (6 * NODES_MAX + SIM_SPHERES_PAIRS(NODES_MAX))
 #define SETTLE_STEPS 2000
 
 struct cloud {
@@ -239,8 +239,12 @@ bool physics_make_oscillator(const cJSON *item, struct physics_plant *plant)
     self->node[0] = (struct sim_node){ .mass_kg = mass, .fixed = true };
     self->node[1] = (struct sim_node){ .mass_kg = mass };
     self->spring[0] =
-        (struct sim_spring){ 0, 1, vectors_value_of(system, "stiffness"),
-                             vectors_value_of(system, "damping"), length };
+        (struct sim_spring){ 0,
+                             1,
+                             vectors_value_of(system, "stiffness"),
+                             vectors_value_of(system, "damping"),
+                             length,
+                             false };
     if (!cloud_begin(self, &config))
         return false;
     self->particles.pos_m[3] = length + vectors_value_of(initial, "x");
@@ -262,9 +266,12 @@ bool physics_make_pair(const cJSON *item, struct physics_plant *plant)
     for (int i = 0; i < 2; i++)
         self->node[i].mass_kg = vectors_number_at(mass, i);
     self->spring[0] =
-        (struct sim_spring){ 0, 1, vectors_value_of(system, "stiffness"),
+        (struct sim_spring){ 0,
+                             1,
+                             vectors_value_of(system, "stiffness"),
                              vectors_value_of(system, "damping"),
-                             vectors_value_of(system, "rest_length") };
+                             vectors_value_of(system, "rest_length"),
+                             false };
     return cloud_begin(self, &config) && cloud_place(self);
 }
 
@@ -293,7 +300,7 @@ bool physics_make_chain(const cJSON *item, struct physics_plant *plant)
         self->node[i] = (struct sim_node){ wall ? 1 : mass[i - 1], wall };
         if (i <= n && spring[i] > 0)
             self->spring[config.springs++] =
-                (struct sim_spring){ i, i + 1, spring[i], 0, 1 };
+                (struct sim_spring){ i, i + 1, spring[i], 0, 1, false };
     }
     if (!cloud_begin(self, &config))
         return false;
@@ -348,15 +355,32 @@ bool physics_make_cable(const cJSON *item, struct physics_plant *plant)
     for (int i = 0; i < n; i++)
         self->node[i].mass_kg = mass[i];
     for (int i = 0; i + 1 < n; i++)
-        self->spring[i] =
-            (struct sim_spring){ i, i + 1,
-                                 vectors_value_of(system, "stiffness"),
-                                 value_or_zero(system, "damping"),
-                                 vectors_value_of(system, "rest_length") };
+        self->spring[i] = (struct sim_spring){
+            .i = i,
+            .j = i + 1,
+            .stiffness_n_m = vectors_value_of(system, "stiffness"),
+            .damping_n_s_m = value_or_zero(system, "damping"),
+            .rest_m = vectors_value_of(system, "rest_length")
+        };
     const bool moves = vectors_get(vectors_get(item, "input"), "dolly_x");
     config.driven = moves ? 0 : -1;
     return cloud_pin(self, system, n) && cloud_begin(self, &config) &&
            cloud_place(self) && (moves || cloud_settle(self));
+}
+
+/* Every node is a sphere: `diameter`, `stiffness`, `damping` of a touch. */
+static int cloud_spheres(struct cloud *self, const cJSON *spheres, int nodes,
+                         int springs)
+{
+    if (spheres == NULL || springs < 0)
+        return springs;
+    const struct sim_spring like = {
+        .stiffness_n_m = vectors_value_of(spheres, "stiffness"),
+        .damping_n_s_m = value_or_zero(spheres, "damping"),
+        .rest_m = vectors_value_of(spheres, "diameter"),
+        .pushes = true,
+    };
+    return springs + sim_spheres_springs(&like, nodes, self->spring + springs);
 }
 
 bool physics_make_cloth(const cJSON *item, struct physics_plant *plant)
@@ -383,6 +407,8 @@ bool physics_make_cloth(const cJSON *item, struct physics_plant *plant)
         return false;
     config.nodes = cloth.columns * cloth.rows;
     config.springs = sim_cloth_springs(&cloth, self->spring, SPRINGS_MAX);
+    config.springs = cloud_spheres(self, cJSON_GetObjectItem(system, "spheres"),
+                                   config.nodes, config.springs);
     config.drag_linear_n_s_m = value_or_zero(system, "drag_linear");
     for (int i = 0; i < config.nodes; i++)
         self->node[i].mass_kg = vectors_value_of(system, "node_mass");

@@ -53,7 +53,8 @@ static void a_damped_mass_follows_its_closed_form(void **state)
 
         node[0] = (struct sim_node){ 1, true };
         node[1].mass_kg = mass;
-        spring[0] = (struct sim_spring){ 0, 1, stiffness, 2 * decay * mass, 1 };
+        spring[0] =
+            (struct sim_spring){ 0, 1, stiffness, 2 * decay * mass, 1, false };
         begin(&particles, &config);
         particles.pos_m[3] = 1 + x0;
         particles.vel_m_s[3] = v0;
@@ -103,9 +104,13 @@ static void a_cloud_keeps_momentum_and_energy(void **state)
             const double *const a = place + 3 * (size_t)i;
             const double *const b = place + 3 * (size_t)j;
             spring[s++] =
-                (struct sim_spring){ i, j, physics_random(50, 100), 0,
+                (struct sim_spring){ i,
+                                     j,
+                                     physics_random(50, 100),
+                                     0,
                                      hypot(hypot(a[0] - b[0], a[1] - b[1]),
-                                           a[2] - b[2]) };
+                                           a[2] - b[2]),
+                                     false };
         }
     }
     begin(&particles, &config);
@@ -199,7 +204,7 @@ static void a_hanging_cable_stretches_by_its_weight(void **state)
     for (int i = 0; i < 10; i++) {
         node[i] = (struct sim_node){ 0.05, i == 0 };
         if (i > 0)
-            spring[i - 1] = (struct sim_spring){ i - 1, i, 500, 0, 0.1 };
+            spring[i - 1] = (struct sim_spring){ i - 1, i, 500, 0, 0.1, false };
     }
     begin(&particles, &config);
     for (int i = 1; i < 10; i++) { /* upwards, where it cannot stay */
@@ -237,7 +242,7 @@ static void the_driven_node_follows_the_input(void **state)
     config.driven = 0;
     node[0] = (struct sim_node){ 1, true };
     node[1].mass_kg = 0.1;
-    spring[0] = (struct sim_spring){ 0, 1, 100, 0.1, 0.5 };
+    spring[0] = (struct sim_spring){ 0, 1, 100, 0.1, 0.5, false };
     begin(&particles, &config);
     particles.pos_m[5] = -0.5;
     for (int i = 0; i < 1000; i++) {
@@ -260,7 +265,7 @@ static void what_is_no_cloud_is_refused(void **state)
 
     (void)state;
     node[0].mass_kg = node[1].mass_kg = 1;
-    spring[0] = (struct sim_spring){ 0, 1, 100, 0, 1 };
+    spring[0] = (struct sim_spring){ 0, 1, 100, 0, 1, false };
     begin(&particles, &config);
     assert_int_equal(sim_particles_step(&particles, 0, NULL), MOTION_E_ARG);
 #define REFUSED(change, back)                                                  \
