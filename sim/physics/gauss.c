@@ -20,9 +20,11 @@
 void sim_gauss_init(struct sim_gauss *gauss, int count, sim_gauss_rate *rate,
                     void *plant, double *work)
 {
-    *gauss = (struct sim_gauss){
-        .count = count, .rate = rate, .plant = plant, .work = work
-    };
+    *gauss = (struct sim_gauss){ .count = count,
+                                 .rate = rate,
+                                 .plant = plant,
+                                 .work = work,
+                                 .floor = FLOOR };
 }
 
 void sim_gauss_restart(struct sim_gauss *gauss)
@@ -104,8 +106,8 @@ bool sim_gauss_step(struct sim_gauss *gauss, double t_s, double step_s,
             return false;
         change = sim_gauss_iterate(gauss, t_s, step_s, y);
         if (i == 0) {
-            floor = sim_gauss_largest(k1, 2 * n) * FLOOR;
-            stall = fmax(STALL * floor,
+            floor = sim_gauss_largest(k1, 2 * n) * gauss->floor;
+            stall = fmax(STALL * FLOOR * sim_gauss_largest(k1, 2 * n),
                          STALL * FLOOR * sim_gauss_largest(y, n) / step_s);
         }
         /* Down to rounding, or no nearer: what contracts and then does not is

@@ -29,6 +29,10 @@ struct sim_gauss {
     sim_gauss_rate *rate;
     void *plant;
     double *work; /* SIM_GAUSS_WORK(count), the caller's */
+    /* Of the largest rate: what an iteration changes at the end.  By default so
+       little that nothing adds up over 1e6 steps of a plant that keeps its energy;
+       may be set larger after init for one that loses it. */
+    double floor;
     /* private: the length of the last step, whose stages predict the next; 0
        when there is none */
     double last_s;

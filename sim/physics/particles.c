@@ -16,8 +16,8 @@ static double sim_dot(const double *a, const double *b)
 }
 
 /* Spheres that do not touch, as most pairs of a cloth's do not. */
-static bool sim_spring_is_apart(const struct sim_spring *spring,
-                                const double *pos)
+static inline bool sim_spring_is_apart(const struct sim_spring *spring,
+                                       const double *pos)
 {
     const double *const a = pos + 3 * (ptrdiff_t)spring->i,
                         *const b = pos + 3 * (ptrdiff_t)spring->j;
@@ -31,8 +31,8 @@ static bool sim_spring_is_apart(const struct sim_spring *spring,
 }
 
 /* The unit vector from i to j and the distance. */
-static double sim_spring_axis(const struct sim_spring *spring,
-                              const double *pos, double *axis)
+static inline double sim_spring_axis(const struct sim_spring *spring,
+                                     const double *pos, double *axis)
 {
     const double *const a = pos + 3 * (ptrdiff_t)spring->i,
                         *const b = pos + 3 * (ptrdiff_t)spring->j;

@@ -15,6 +15,7 @@
 #define CURTAIN_SLACK    0.85 /* how far its corners are apart, of its width */
 #define CURTAIN_DRAG_S   1.2  /* in which the air stops it */
 #define CURTAIN_SETTLE_S 3.0
+#define CURTAIN_FLOOR    1e-12 /* gauss.h; air and cloth damp it */
 #define SETTLE_STEP_S    1e-3
 
 /* From where it was to where it comes, in a cubic. */
@@ -171,9 +172,11 @@ static int payload_weave(struct sim_payload *self, double at)
     self->held_m = at - CURTAIN_SLACK * config->width_m;
     const int err =
         sim_particles_init(&self->particles, &particles, self->work);
-    if (err == MOTION_OK)
-        payload_lay_curtain(self, at);
-    return err;
+    if (err < 0)
+        return err;
+    self->particles.gauss.floor = CURTAIN_FLOOR;
+    payload_lay_curtain(self, at);
+    return MOTION_OK;
 }
 
 static int payload_pull_curtain(struct sim_payload *self, double step_s,
