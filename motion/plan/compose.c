@@ -39,9 +39,24 @@ struct compose {
     struct plan_memo *memo;
 };
 
+static int compose_memo(const struct compose *self)
+{
+    struct plan_memo *memo = self->memo;
+
+    if (memo == NULL || self->move->axis_count == 0)
+        return MOTION_OK;
+    memo->axis = calloc(self->move->axis_count, sizeof *memo->axis);
+    if (memo->axis == NULL)
+        return plan_error_set(self->error, MOTION_E_FULL,
+                              (struct plan_place){ 0 },
+                              "no memory for what was planned before");
+    memo->axes = self->move->axis_count;
+    return MOTION_OK;
+}
+
 static int compose_keys(const struct compose *self)
 {
-    int err = MOTION_OK;
+    int err = compose_memo(self);
 
     for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++) {
         const struct plan_axis *axis = &self->move->axis[i];
@@ -181,9 +196,9 @@ static int compose_other_fail(const struct compose *self,
 
 /* Another move's tracks, for as long as it takes to mix them in. */
 struct compose_guest {
-    struct motion_track track[PLAN_AXES_MAX];
     struct plan_outcome outcome;
     struct plan_error error;
+    struct motion_track track[]; /* of its axes */
 };
 
 static int
@@ -191,7 +206,8 @@ compose_other(const struct compose *self, const struct plan_other *other,
               int (*mix)(const struct plan_other *, const struct motion_track[],
                          struct motion_track[], struct plan_error *))
 {
-    struct compose_guest *guest = calloc(1, sizeof *guest);
+    struct compose_guest *guest = calloc(
+        1, sizeof *guest + other->move->axis_count * sizeof guest->track[0]);
     int err;
 
     self->outcome->is_bent = true;
@@ -426,6 +442,7 @@ static void compose_free_other(struct plan_other *other)
         compose_free_base(other->move);
     free(other->move);
     plan_axis_free(&other->weight);
+    free(other->of);
 }
 
 void plan_move_free(struct plan_move *move)

@@ -422,7 +422,7 @@ int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
 static const struct plan_memo_axis *move_former(const struct plan_memo *former,
                                                 const char *name)
 {
-    for (uint32_t i = 0; former != NULL && i < PLAN_AXES_MAX; i++)
+    for (uint32_t i = 0; former != NULL && i < former->axes; i++)
         if (former->axis[i].segment != NULL &&
             strncmp(former->axis[i].name, name, PLAN_NAME_MAX) == 0)
             return &former->axis[i];

@@ -66,9 +66,13 @@ void plan_blend_free(struct plan_blend *blend)
 {
     if (blend == NULL)
         return;
-    for (uint32_t k = 0; k < blend->weights; k++)
+    for (uint32_t k = 0; k < blend->weights; k++) {
         plan_axis_free(&blend->weight[k].curve);
+        free(blend->weight[k].offset_q32);
+    }
     free(blend->weight);
+    free(blend->axis);
+    free(blend->base_q32);
     free(blend);
 }
 

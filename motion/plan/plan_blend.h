@@ -16,13 +16,13 @@
 /* How much there is of a pose over time. */
 struct plan_weight {
     struct plan_axis curve; /* positions are ratios; keys on the heap */
-    int64_t offset_q32[PLAN_AXES_MAX]; /* of the blend's axes, pose - base */
+    int64_t *offset_q32;    /* of the blend's axes, pose - base; on the heap */
 };
 
 struct plan_blend {
-    uint32_t axis[PLAN_AXES_MAX]; /* of the move */
+    uint32_t *axis; /* of the move; this and what follows on the heap */
     uint32_t axes;
-    int64_t base_q32[PLAN_AXES_MAX]; /* of the blend's axes */
+    int64_t *base_q32; /* of the blend's axes */
     struct plan_weight *weight;
     uint32_t weights;
     struct plan_place place;
@@ -37,10 +37,10 @@ void plan_blend_free(struct plan_blend *blend);
 /* Another move, whose axes have to do with axes of this one.  It has no layers,
  * fade or warp of its own. */
 struct plan_other {
-    struct plan_move *move;     /* on the heap */
-    uint32_t of[PLAN_AXES_MAX]; /* its axis i is this axis of the move */
-    char file[128];             /* where it was written, if in another file */
-    struct plan_axis weight;    /* fade: ratios; keys on the heap */
+    struct plan_move *move;  /* on the heap */
+    uint32_t *of;            /* its axis i is this axis of the move; the same */
+    char file[128];          /* where it was written, if in another file */
+    struct plan_axis weight; /* fade: ratios; keys on the heap */
     struct plan_place place;
 };
 

@@ -37,8 +37,9 @@ struct plan_memo_axis {
 
 /* Zeroed, it remembers nothing. */
 struct plan_memo {
-    struct plan_memo_axis axis[PLAN_AXES_MAX]; /* as in the move */
-    uint32_t planned, reused;                  /* spans */
+    struct plan_memo_axis *axis; /* as in the move; on the heap */
+    uint32_t axes;
+    uint32_t planned, reused; /* spans */
 };
 
 void plan_memo_free(struct plan_memo *memo);

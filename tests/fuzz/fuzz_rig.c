@@ -20,6 +20,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         struct budget budget;
         budget_of(&rig, i, NULL, &budget);
         fuzz_claim(budget.most >= 0, "a bus has a load");
+        budget_free(&budget);
     }
     return 0;
 }

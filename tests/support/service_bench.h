@@ -42,6 +42,7 @@ static inline int service_bench_machine(struct service_bench *self)
         return -1;
     memset(&self->loop, 0, sizeof self->loop);
     service_loop_init(&self->loop, &self->machine, false, -1);
+    service_control_reserve(control, &self->loop.memory);
     control->holder = NULL;
     control->waits = control->jogged = control->jog_stops = false;
     control->loop = &self->loop;
@@ -84,6 +85,7 @@ static inline void service_bench_unmake(struct service_bench *self)
     service_move_free(control->old_move);
     control->move = control->old_move = NULL;
     service_cam_free(control);
+    service_loop_free(&self->loop);
     machine_free(&self->machine);
     machine_sim_free(&self->sim);
 }

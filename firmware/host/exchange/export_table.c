@@ -6,6 +6,7 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/exchange/import.h"
 #include "motion/core/fixed.h"
@@ -50,7 +51,8 @@ static void export_rows_write(const struct job *job,
                               const struct units_fps *fps, int64_t rows,
                               const struct export_style *style, FILE *file)
 {
-    struct motion_cursor cursor[PLAN_AXES_MAX] = { { 0 } };
+    struct motion_cursor *cursor =
+        memory_new(job->move.axis_count, sizeof *cursor);
     for (int64_t k = 0; k < rows; k++) {
         export_tell(job, k, rows);
         int64_t t_ns_q12 = import_frame_ns_q12(fps, k);
@@ -69,6 +71,7 @@ static void export_rows_write(const struct job *job,
         }
         fputs(style->end, file);
     }
+    memory_free(cursor);
 }
 
 static void export_names(const struct job *job, FILE *file, const char *between)
@@ -159,10 +162,11 @@ static void export_csv_value(FILE *file, int64_t value_q32)
 int export_csv(const struct job *job, const struct units_fps *fps, FILE *file,
                char message[YAML_MESSAGE_MAX])
 {
-    struct motion_cursor cursor[PLAN_AXES_MAX] = { { 0 } };
     int64_t rows = export_rows(job, fps, message);
     if (rows < 0)
         return -1;
+    struct motion_cursor *cursor =
+        memory_new(job->move.axis_count, sizeof *cursor);
     export_csv_head(job, file);
     for (int64_t k = 0; k < rows; k++) {
         export_tell(job, k, rows);
@@ -177,5 +181,6 @@ int export_csv(const struct job *job, const struct units_fps *fps, FILE *file,
         }
         fputc('\n', file);
     }
+    memory_free(cursor);
     return 0;
 }

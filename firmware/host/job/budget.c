@@ -40,17 +40,24 @@ static unsigned budget_bits(uint32_t id, const uint8_t *data, unsigned bytes)
     return can_bits_of(&frame).slow;
 }
 
+static void budget_put(struct budget *budget, const struct budget_item *item)
+{
+    budget->item = memory_pool_more(&budget->memory, budget->item,
+                                    budget->count, sizeof *budget->item);
+    budget->item[budget->count++] = *item;
+}
+
 static void budget_add(struct budget *budget, const char *what,
                        const char *axis, int64_t period_ns, unsigned bytes,
                        double expected_bits)
 {
-    budget->item[budget->count++] = (struct budget_item){
-        .what = what,
-        .axis = axis,
-        .period_ns = period_ns,
-        .most_bits = budget_most_bits(bytes),
-        .expected_bits = expected_bits,
-    };
+    budget_put(budget, &(struct budget_item){
+                           .what = what,
+                           .axis = axis,
+                           .period_ns = period_ns,
+                           .most_bits = budget_most_bits(bytes),
+                           .expected_bits = expected_bits,
+                       });
 }
 
 /* --- the frames of a move --- */
@@ -163,12 +170,13 @@ static void budget_add_modbus(struct budget *budget, unsigned i)
     const int64_t share_ns = modbus_budget_share_ns(rig, i, &transactions);
     const double bits = (double)share_ns * rig->bus[budget->bus].bit_rate / 1e9;
 
-    budget->item[budget->count++] = (struct budget_item){
-        .what = "cycle",
-        .axis = rig->axis[i].name,
-        .period_ns = modbus_budget_cycle_ns(rig, budget->bus),
-        .most_bits = (unsigned)bits,
-    };
+    budget_put(budget,
+               &(struct budget_item){
+                   .what = "cycle",
+                   .axis = rig->axis[i].name,
+                   .period_ns = modbus_budget_cycle_ns(rig, budget->bus),
+                   .most_bits = (unsigned)bits,
+               });
 }
 
 static void budget_sum_up(struct budget *budget, bool expects)
@@ -214,13 +222,13 @@ static void budget_add_frames(struct budget *budget, const struct job *job,
     const unsigned count = rig_kinds[rig->axis[i].kind]->frames(rig, i, frame);
     budget_expect_frames(job, i, expected);
     for (unsigned k = 0; k < count; k++)
-        budget->item[budget->count++] = (struct budget_item){
-            .what = frame[k].what,
-            .axis = rig->axis[i].name,
-            .period_ns = frame[k].period_ns,
-            .most_bits = (unsigned)ceil(frame[k].bits),
-            .expected_bits = expected[k],
-        };
+        budget_put(budget, &(struct budget_item){
+                               .what = frame[k].what,
+                               .axis = rig->axis[i].name,
+                               .period_ns = frame[k].period_ns,
+                               .most_bits = (unsigned)ceil(frame[k].bits),
+                               .expected_bits = expected[k],
+                           });
 }
 
 static void budget_of_frames(struct budget *budget, const struct job *job)
@@ -254,6 +262,12 @@ void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
         if (rig->axis[i].bus == bus)
             budget_add_axis(budget, job, i);
     budget_sum_up(budget, job != NULL);
+}
+
+void budget_free(struct budget *budget)
+{
+    memory_pool_free(&budget->memory);
+    *budget = (struct budget){ .rig = NULL };
 }
 
 bool budget_fits(const struct budget *budget)
@@ -396,6 +410,7 @@ void budget_json(const struct rig *rig, const struct job *job, cJSON *report)
 
         budget_of(rig, i, job, &budget);
         cJSON_AddItemToArray(buses, budget_json_bus(&budget));
+        budget_free(&budget);
     }
 }
 
@@ -406,17 +421,18 @@ bool budget_check(struct job *job)
         struct budget budget;
         char advice[BUDGET_ADVICE_MAX];
         budget_of(&job->rig, i, NULL, &budget);
-        if (budget_fits(&budget))
-            continue;
-        fits = false;
-        budget_advice(&budget, advice);
-        messages_add(
-            &job->messages, MESSAGE_ERROR,
-            "%s:%u:%u: bus %s would need %.1f %% of its time, expected at "
-            "most 100 %%: %s would fit",
-            job->rig_path, job->rig.bus[i].place.line,
-            job->rig.bus[i].place.column, job->rig.bus[i].name,
-            100 * budget.most, advice);
+        if (!budget_fits(&budget)) {
+            fits = false;
+            budget_advice(&budget, advice);
+            messages_add(
+                &job->messages, MESSAGE_ERROR,
+                "%s:%u:%u: bus %s would need %.1f %% of its time, expected at "
+                "most 100 %%: %s would fit",
+                job->rig_path, job->rig.bus[i].place.line,
+                job->rig.bus[i].place.column, job->rig.bus[i].name,
+                100 * budget.most, advice);
+        }
+        budget_free(&budget);
     }
     return fits;
 }

@@ -19,8 +19,6 @@
 
 #include "firmware/host/job/job.h"
 
-#define BUDGET_ITEMS_MAX (2 + 4 * RIG_AXES_MAX)
-
 struct budget_item {
     const char *what;
     const char *axis; /* NULL: slew's own */
@@ -32,7 +30,8 @@ struct budget_item {
 struct budget {
     const struct rig *rig;
     unsigned bus, count;
-    struct budget_item item[BUDGET_ITEMS_MAX];
+    struct budget_item *item; /* from its memory */
+    struct memory_pool memory;
     double most, expected; /* shares of the bus's time */
 };
 
@@ -40,6 +39,7 @@ struct budget {
  * (NULL: none). */
 void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
                struct budget *budget);
+void budget_free(struct budget *budget);
 
 bool budget_fits(const struct budget *budget);
 

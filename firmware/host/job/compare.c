@@ -56,21 +56,19 @@ static int compare_unknown(const char *option, const char *word, size_t length,
     return -1;
 }
 
-static int compare_all(enum plan_curve curve[PLAN_AXES_MAX])
+static int compare_all(enum plan_curve **curve)
 {
+    *curve = memory_new(compare_spellings, sizeof **curve);
     for (unsigned i = 0; i < compare_spellings; i++)
-        curve[i] = (enum plan_curve)i;
+        (*curve)[i] = (enum plan_curve)i;
     return (int)compare_spellings;
 }
 
-int compare_parse(const char *option, const char *text,
-                  enum plan_curve curve[PLAN_AXES_MAX],
-                  struct messages *messages)
+/* Into an array that has an entry for every comma and one more. */
+static int compare_words(const char *option, const char *text,
+                         enum plan_curve curve[], struct messages *messages)
 {
-    int count = 0;
-    if (strcmp(text, "all") == 0)
-        return compare_all(curve);
-    for (;; text++) {
+    for (int count = 0;; text++) {
         size_t length = strcspn(text, ",");
         int found = compare_find(text, length);
         if (found < 0)
@@ -86,6 +84,23 @@ int compare_parse(const char *option, const char *text,
         if (*text == 0)
             return count;
     }
+}
+
+int compare_parse(const char *option, const char *text, enum plan_curve **curve,
+                  struct messages *messages)
+{
+    size_t most = 1;
+    if (strcmp(text, "all") == 0)
+        return compare_all(curve);
+    for (const char *at = text; (at = strchr(at, ',')) != NULL; at++)
+        most++;
+    *curve = memory_new(most, sizeof **curve);
+    const int count = compare_words(option, text, *curve, messages);
+    if (count < 0) {
+        memory_free(*curve);
+        *curve = NULL;
+    }
+    return count;
 }
 
 /* --- planning --- */
@@ -235,13 +250,15 @@ static enum status compare_add(struct job *job, const struct plan_axis *from,
 enum status compare_job(struct job *job, const char *curves,
                         const char *axis_name)
 {
-    enum plan_curve curve[PLAN_AXES_MAX] = { PLAN_CURVE_LINEAR };
+    enum plan_curve *curve = NULL;
     struct plan_axis from;
     int count =
-        compare_parse("slew plot: --compare", curves, curve, &job->messages);
+        compare_parse("slew plot: --compare", curves, &curve, &job->messages);
     int axis = count < 0 ? -1 : compare_axis(job, axis_name);
-    if (axis < 0)
+    if (axis < 0) {
+        memory_free(curve);
         return STATUS_INPUT;
+    }
     compare_empty(job, axis, (uint32_t)count, &from);
     job->compared = true;
     snprintf(job->move.title, sizeof job->move.title,
@@ -255,6 +272,7 @@ enum status compare_job(struct job *job, const char *curves,
     }
     plan_progress_end(job->progress);
     plan_axis_free(&from);
+    memory_free(curve);
     return status;
 }
 

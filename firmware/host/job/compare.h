@@ -11,11 +11,10 @@
 extern const char *const compare_spelling[];
 extern const unsigned compare_spellings;
 
-/* "linear,catmull-rom" or "all" to curves, 1 .. PLAN_AXES_MAX of them.  Returns
- * how many, or -1 with a message that begins with `option`, such as
- * "slew plot: --compare". */
-int compare_parse(const char *option, const char *text,
-                  enum plan_curve curve[PLAN_AXES_MAX],
+/* "linear,catmull-rom" or "all" to curves, 1 .. PLAN_AXES_MAX of them, on the
+ * heap.  Returns how many, or -1 with a message that begins with `option`, such as
+ * "slew plot: --compare", and *curve NULL. */
+int compare_parse(const char *option, const char *text, enum plan_curve **curve,
                   struct messages *messages);
 
 /* Plan the keys of `axis` under a curve.  What a key gives and the curve does

@@ -277,7 +277,7 @@ static enum status job_take_axis(struct job *job, unsigned i)
 {
     const struct track_file_axis *axis = &job->compiled->file.axis[i];
     const int found = rig_axis_index(&job->rig, axis->name);
-    char what[128];
+    char what[160];
     if (found < 0) {
         snprintf(what, sizeof what, "moves axis %s, which the rig lacks",
                  axis->name);

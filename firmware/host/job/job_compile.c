@@ -13,6 +13,7 @@ static void compile_describe(const struct job *job, struct track_file *file)
 {
     memset(file, 0, sizeof *file);
     file->axis_count = job->move.axis_count;
+    file->axis = memory_new(file->axis_count, sizeof *file->axis);
     memcpy(file->title, job->move.title, sizeof file->title);
     for (unsigned i = 0; i < file->axis_count; i++) {
         struct track_file_axis *axis = &file->axis[i];
@@ -41,5 +42,6 @@ void job_compile(const struct job *job, FILE *out)
     struct track_file *file = memory_new(1, sizeof *file);
     compile_describe(job, file);
     track_file_write(out, file, job->track);
+    memory_free(file->axis);
     memory_free(file);
 }

@@ -85,6 +85,9 @@ enum status repair_tolerance(struct repair *self, const char *text)
     enum status status = STATUS_OK;
     char item[128];
 
+    if (self->tolerance_q32 == NULL)
+        self->tolerance_q32 = memory_new(self->before->move.axis_count,
+                                         sizeof *self->tolerance_q32);
     while (status == STATUS_OK && text != NULL) {
         const char *const comma = strchr(text, ',');
         const size_t length =
@@ -363,4 +366,5 @@ void repair_free(struct repair *self)
 {
     repair_drop(self);
     plan_fit_free(&self->fit);
+    memory_free(self->tolerance_q32);
 }

@@ -29,9 +29,9 @@ extern const char *const repair_words[REPAIR_METHODS];
 struct repair {
     struct job *before; /* opened; gets what there is to say */
     enum repair_method method;
-    struct job *after; /* opened from the new text; NULL until then */
-    int64_t tolerance_q32[PLAN_AXES_MAX]; /* smooth: of each axis */
-    bool has_fit;                         /* keys were changed: how */
+    struct job *after;      /* opened from the new text; NULL until then */
+    int64_t *tolerance_q32; /* smooth: of each axis; on the heap */
+    bool has_fit;           /* keys were changed: how */
     struct plan_fit fit;
     struct move_text text; /* data NULL: nothing has to change */
 };
@@ -40,7 +40,8 @@ struct repair {
  * alone, else stretch. */
 enum repair_method repair_default(const struct job *job);
 /* Tolerances of smooth, such as "1 mm" or "1 mm, 0.1 deg": each is of the axes
- * whose unit it fits.  STATUS_INPUT with a message. */
+ * whose unit it fits; NULL: no key may move.  Called before repair_solve.
+ * STATUS_INPUT with a message. */
 enum status repair_tolerance(struct repair *self, const char *text);
 
 /* STATUS_OK; STATUS_REFUSED where the method does not bring the move inside its

@@ -254,7 +254,7 @@ int move_load_as(const struct files *files, const char *path, bool is_guest,
         &(struct yaml_value){ &tree, 0, "the move", "axes, a path or a blend" },
         &reader);
     yaml_tree_free(&tree);
-    free(reader.pose);
+    memory_pool_free(&reader.memory);
     if (err < 0)
         move_free(move);
     return err;

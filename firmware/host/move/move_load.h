@@ -12,12 +12,15 @@
 #include "motion/plan/path/plan_path.h"
 #include "motion/plan/shoot/plan_shoot.h"
 
-/* A pose as it was written; axes of the rig. */
+/* A pose as it was written. */
+struct move_pose_axis {
+    bool has;
+    int64_t pos_q32;
+    uint32_t node; /* of the axis's name */
+};
 struct move_pose {
     char name[PLAN_NAME_MAX];
-    bool has[RIG_AXES_MAX];
-    int64_t pos_q32[RIG_AXES_MAX];
-    uint32_t node[RIG_AXES_MAX]; /* of the axis's name */
+    struct move_pose_axis *axis; /* of the rig; from the reader's memory */
 };
 #define MOVE_POSES_MAX 64
 
@@ -33,8 +36,9 @@ struct move_reader {
                                      a ratio or a time */
     struct units_context units;
     struct plan_part *part; /* of a speed law, being read */
-    struct move_pose *pose; /* on the heap */
+    struct move_pose *pose;
     uint32_t poses;
+    struct memory_pool memory;      /* given back when the move is read */
     uint32_t keys;                  /* that the axis will have */
     struct plan_bezier_key handles; /* what the axis says for all of its keys */
     bool handles_given;             /* by the key: their kinds */

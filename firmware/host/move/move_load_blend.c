@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
+#include "firmware/host/base/memory.h"
 #include "firmware/host/move/move_load.h"
 #include "motion/plan/plan_blend.h"
 
@@ -22,11 +23,11 @@ static int move_read_pose_axis(void *reader, uint32_t key,
 
     if (axis < 0)
         return -1;
-    pose->has[axis] = true;
-    pose->node[axis] = key;
+    pose->axis[axis].has = true;
+    pose->axis[axis].node = key;
     self->units.unit = self->rig->axis[axis].unit;
     return yaml_units_read(&value, UNITS_POSITION, &self->units,
-                           &pose->pos_q32[axis]);
+                           &pose->axis[axis].pos_q32);
 }
 
 static int move_read_pose(void *reader, uint32_t key,
@@ -36,8 +37,10 @@ static int move_read_pose(void *reader, uint32_t key,
     struct yaml_value value = *entry;
 
     (void)key;
-    memcpy(self->pose[self->poses].name, entry->name, strlen(entry->name) + 1);
-    self->poses++;
+    struct move_pose *pose = &self->pose[self->poses++];
+    memcpy(pose->name, entry->name, strlen(entry->name) + 1);
+    pose->axis = memory_pool_new(&self->memory, self->rig->axis_count,
+                                 sizeof *pose->axis);
     value.expected = "a map of positions by axis, such as {pan: 10 deg}";
     return yaml_fields_each(&value, RIG_AXES_MAX, self, move_read_pose_axis);
 }
@@ -47,9 +50,9 @@ int move_read_poses(void *reader, const struct yaml_value *value, void *out)
     struct move_reader *self = reader;
 
     (void)out;
-    self->pose = calloc(MOVE_POSES_MAX, sizeof *self->pose);
-    if (self->pose == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+    self->pose =
+        memory_pool_new(&self->memory, yaml_fields_count(value, MOVE_POSES_MAX),
+                        sizeof *self->pose);
     return yaml_fields_each(value, MOVE_POSES_MAX, self, move_read_pose);
 }
 
@@ -79,15 +82,20 @@ static int move_read_base(void *reader, const struct yaml_value *value,
     if (pose == NULL)
         return -1;
     *(const struct move_pose **)out = pose;
+    blend->axis = calloc(self->rig->axis_count, sizeof *blend->axis);
+    blend->base_q32 = calloc(self->rig->axis_count, sizeof *blend->base_q32);
+    if (blend->axis == NULL || blend->base_q32 == NULL)
+        return yaml_value_refuse(value, "is too much for the memory");
     for (uint32_t i = 0; i < self->rig->axis_count; i++) {
-        const struct yaml_value name = { value->tree, pose->node[i], "axis",
+        const struct yaml_value name = { value->tree, pose->axis[i].node,
+                                         "axis",
                                          "an axis that nothing else drives" };
-        if (!pose->has[i])
+        if (!pose->axis[i].has)
             continue;
         if (move_drive_axis(self, &name, PLAN_BY_BLEND,
                             &blend->axis[blend->axes]) < 0)
             return -1;
-        blend->base_q32[blend->axes++] = pose->pos_q32[i];
+        blend->base_q32[blend->axes++] = pose->axis[i].pos_q32;
     }
     return 0;
 }
@@ -107,15 +115,16 @@ static int move_read_offsets(const struct move_blend *self,
     uint32_t axis = 0;
 
     for (uint32_t i = 0; i < rig->axis_count; i++) {
-        if (pose->has[i] && !self->base->has[i])
+        const struct move_pose_axis *at = &pose->axis[i];
+        const struct move_pose_axis *from = &self->base->axis[i];
+        if (at->has && !from->has)
             return yaml_value_refuse(
                 value, "has the axis '%s', which the base '%s' has not",
                 rig->axis[i].name, self->base->name);
-        if (pose->has[i] &&
-            motion_fixed_sub(pose->pos_q32[i], self->base->pos_q32[i],
-                             &weight->offset_q32[axis]) < 0)
+        if (at->has && motion_fixed_sub(at->pos_q32, from->pos_q32,
+                                        &weight->offset_q32[axis]) < 0)
             return yaml_value_refuse(value, "is too far from the base");
-        axis += self->base->has[i];
+        axis += from->has;
     }
     return 0;
 }
@@ -137,6 +146,9 @@ static int move_read_weight(void *context, uint32_t key,
     if (pose == self->base)
         return yaml_value_refuse(&name, "'%s' is the base itself", pose->name);
     blend->weights++;
+    weight->offset_q32 = calloc(blend->axes, sizeof *weight->offset_q32);
+    if (weight->offset_q32 == NULL && blend->axes > 0)
+        return yaml_value_refuse(&name, "is too much for the memory");
     value.expected = "a map with curve and keys such as [4 s, 100 %]";
     if (move_read_offsets(self, &name, pose, weight) < 0)
         return -1;
@@ -151,7 +163,8 @@ static int move_read_weights(void *reader, const struct yaml_value *value,
     struct move_blend blend = { self, *(const struct move_pose **)out };
 
     self->move->blend->weight =
-        calloc(PLAN_WEIGHTS_MAX, sizeof *self->move->blend->weight);
+        calloc((size_t)yaml_fields_count(value, PLAN_WEIGHTS_MAX) + 1,
+               sizeof *self->move->blend->weight);
     if (self->move->blend->weight == NULL)
         return yaml_value_refuse(value, "are too many for the memory");
     return yaml_fields_each(value, PLAN_WEIGHTS_MAX, &blend, move_read_weight);

@@ -93,6 +93,9 @@ static int move_match(const struct move_reader *self,
 {
     const struct plan_move *move = self->move;
 
+    other->of = calloc(other->move->axis_count, sizeof *other->of);
+    if (move_need_memory(value, other->of) < 0)
+        return -1;
     for (uint32_t i = 0; i < other->move->axis_count; i++) {
         const struct plan_axis *axis = &other->move->axis[i];
         uint32_t k = 0;

@@ -12,8 +12,6 @@ void figures_init(struct figures *figures, const struct rig *rig,
 {
     struct memory_pool *memory = &figures->memory;
     *figures = (struct figures){ .rig = rig, .period_ns = period_ns };
-    figures->axis =
-        memory_pool_new(memory, RIG_AXES_MAX, sizeof *figures->axis);
     figures->shots =
         memory_pool_new(memory, RIG_TRIGGERS_MAX, sizeof *figures->shots);
     figures->late_us =
@@ -80,9 +78,19 @@ void figures_take(struct figures *figures, const struct telemetry_row *row)
         figures->move_ns = row->t_ns; /* it may start right after this tick */
     if (!figures->moved || row->phase == TELEMETRY_STOP)
         return;
+    if (figures->axis == NULL)
+        figures->axis = memory_pool_new(
+            &figures->memory, figures->rig->axis_count, sizeof *figures->axis);
     figures->judged++;
     for (unsigned i = 0; i < figures->rig->axis_count; i++)
         figures_axis(figures, i, row);
+}
+
+const struct figures_axis *figures_of(const struct figures *figures,
+                                      unsigned axis)
+{
+    static const struct figures_axis none = { .squares = 0 };
+    return figures->axis != NULL ? &figures->axis[axis] : &none;
 }
 
 double figures_rms(const struct figures *figures, unsigned axis)

@@ -21,9 +21,9 @@ struct figures_axis {
 struct figures {
     struct memory_pool memory;
     const struct rig *rig;
-    struct figures_axis *axis;
-    uint32_t *shots;   /* of each trigger line */
-    uint32_t *late_us; /* how often, by microsecond, rounded down */
+    struct figures_axis *axis; /* of the rig; NULL: no row was judged yet */
+    uint32_t *shots;           /* of each trigger line */
+    uint32_t *late_us;         /* how often, by microsecond, rounded down */
     int64_t period_ns;
     uint64_t rows, judged;
     uint64_t ticks_lost; /* between rows that follow each other */
@@ -42,6 +42,9 @@ void figures_init(struct figures *figures, const struct rig *rig,
 void figures_free(struct figures *figures);
 void figures_take(struct figures *figures, const struct telemetry_row *row);
 
+/* Of an axis of the rig; all zero while no row was judged. */
+const struct figures_axis *figures_of(const struct figures *figures,
+                                      unsigned axis);
 double figures_rms(const struct figures *figures, unsigned axis);
 /* So late or less were `permille` of the ticks, to the microsecond above. */
 int64_t figures_late_ns(const struct figures *figures, unsigned permille);

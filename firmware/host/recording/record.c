@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "firmware/control/controller.h"
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 
 #define RECORD_HAND_NS     INT64_C(1000000000)
@@ -91,7 +92,12 @@ void record_init(struct record *record, FILE *file, const struct rig *rig,
                  int64_t epoch_ns, const char *library)
 {
     struct mcap_writer *writer = &record->writer;
-    *record = (struct record){ .rig = rig, .epoch_ns = epoch_ns };
+    *record = (struct record){
+        .rig = rig,
+        .epoch_ns = epoch_ns,
+        .events =
+            memory_new((size_t)rig->axis_count + 1, sizeof *record->events),
+    };
     mcap_writer_begin(writer, file, library);
     record->run = mcap_writer_channel(
         writer, mcap_writer_schema(writer, "slew.run", record_run_schema),
@@ -106,6 +112,8 @@ void record_init(struct record *record, FILE *file, const struct rig *rig,
 void record_free(struct record *record)
 {
     mcap_writer_free(&record->writer);
+    memory_free(record->events);
+    record->events = NULL;
 }
 
 void record_attach(struct record *record, const char *name, const void *data,

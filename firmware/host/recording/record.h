@@ -42,8 +42,8 @@ struct record {
     uint64_t rows_waiting, rows_lost;
     int64_t handed_ns;
     bool begun;
-    enum telemetry_phase phase; /* of the row before */
-    struct hal_drive_events events[RIG_AXES_MAX];
+    enum telemetry_phase phase;      /* of the row before */
+    struct hal_drive_events *events; /* of each axis; on the heap */
 };
 
 /* Header, schemas and channels; all zero before, record_free in the end. */

@@ -107,6 +107,9 @@ static int record_take_axis(struct record_reader *reader,
     channel->kind = RECORD_CHANNEL_AXIS;
     if (known < 0 && own->axis_count == RIG_AXES_MAX)
         return record_fail(reader, "more axes than a rig may have");
+    if (known < 0)
+        own->axis = memory_pool_more(&reader->file->memory, own->axis,
+                                     own->axis_count, sizeof *own->axis);
     const uint32_t at = known < 0 ? own->axis_count++ : (uint32_t)known;
     snprintf(own->axis[at].name, PLAN_NAME_MAX, "%s", name);
     own->axis[at].unit = channel->unit;
@@ -459,8 +462,6 @@ int record_read(struct record_file *file, const struct files *files,
     static const struct record_taker nobody = { .row = NULL };
     memset(file, 0, sizeof *file);
     struct memory_pool *memory = &file->memory;
-    file->rig.axis =
-        memory_pool_new(memory, RIG_AXES_MAX, sizeof *file->rig.axis);
     file->rig.line =
         memory_pool_new(memory, RIG_TRIGGERS_MAX, sizeof *file->rig.line);
     struct record_reader *reader = memory_pool_new(memory, 1, sizeof *reader);

@@ -54,7 +54,7 @@ struct track_file {
     const struct files *files;
     int file; /* negative: not open */
     char title[128];
-    struct track_file_axis axis[PLAN_AXES_MAX];
+    struct track_file_axis *axis; /* reading: on the heap */
     uint32_t axis_count;
     struct track_file_line line[TRACK_FILE_LINES_MAX];
     uint32_t line_count;

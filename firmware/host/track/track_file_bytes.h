@@ -18,7 +18,7 @@
     (12 + TRACK_FILE_BLOCK * TRACK_FILE_SEGMENT_BYTES + TRACK_FILE_CRC_BYTES)
 #define TRACK_FILE_HEADER_MAX                                                  \
     (TRACK_FILE_START_BYTES + PLAN_AXES_MAX * TRACK_FILE_AXIS_BYTES +          \
-     TRACK_FILE_CRC_BYTES)
+     TRACK_FILE_CRC_BYTES) /* 7 KB: one buffer for whatever is read or written */
 
 #define TRACK_FILE_TIMES 320 /* in a block */
 #define TRACK_FILE_EVENTS_BYTES                                                \

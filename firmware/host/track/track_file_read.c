@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <string.h>
 
+#include "firmware/host/base/memory.h"
 #include "firmware/host/track/track_file_bytes.h"
 #include "hal/support/crc32.h"
 #include "motion/core/err.h"
@@ -291,6 +292,7 @@ static int track_file_read_header(struct track_file *file,
         return track_file_fail(message, "has a damaged header: its checksum "
                                         "is not the one expected");
     bool texts = track_file_get_text(&at, file->title, sizeof file->title);
+    file->axis = memory_new(file->axis_count, sizeof *file->axis);
     for (unsigned i = 0; i < file->axis_count; i++)
         texts = track_file_get_axis(&at, &file->axis[i]) && texts;
     if (!texts)
@@ -317,6 +319,8 @@ void track_file_close(struct track_file *file)
 {
     if (file->file >= 0)
         file->files->close(file->files, file->file);
+    memory_free(file->axis);
+    file->axis = NULL;
     file->file = -1;
 }
 

@@ -131,6 +131,8 @@ static int vary_add(struct batch_vary *vary, const struct batch_item *item,
         if (vary->item[i].what == item->what &&
             vary->item[i].axis == item->axis)
             return vary_fail(message, text, "is varied twice");
+    vary->item = memory_pool_more(&vary->memory, vary->item, vary->count,
+                                  sizeof *vary->item);
     vary->item[vary->count++] = *item;
     return 0;
 }

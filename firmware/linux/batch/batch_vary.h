@@ -34,7 +34,6 @@ enum batch_what {
     BATCH_WHATS
 };
 
-#define BATCH_ITEMS_MAX   (RIG_AXES_MAX * 5 + 1)
 #define BATCH_MESSAGE_MAX 400
 #define BATCH_NAME_MAX    (PLAN_NAME_MAX + 32)
 
@@ -50,8 +49,8 @@ struct batch_item {
 struct batch_vary {
     const struct rig *rig;
     uint64_t seed;
+    struct batch_item *item;
     unsigned count;
-    struct batch_item item[BATCH_ITEMS_MAX];
     const struct fault_script *script; /* NULL: none */
     struct rig_sim *sim;               /* of each axis, as the rig has it */
     struct memory_pool memory;

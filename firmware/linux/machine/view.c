@@ -7,6 +7,35 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+
+/* --- its memory --- */
+
+void machine_view_init(struct machine_view *view, const struct rig *rig,
+                       struct memory_pool *pool)
+{
+    *view = (struct machine_view){
+        .axes = rig->axis_count,
+        .buses = rig->bus_count,
+        .lines = rig->line_count,
+        .axis = memory_pool_new(pool, rig->axis_count, sizeof *view->axis),
+        .bus = memory_pool_new(pool, rig->bus_count, sizeof *view->bus),
+        .line = memory_pool_new(pool, rig->line_count, sizeof *view->line),
+    };
+}
+
+void machine_view_copy_ports(struct machine_view *to,
+                             const struct machine_view *from)
+{
+    memcpy(to->bus, from->bus, from->buses * sizeof *to->bus);
+    memcpy(to->line, from->line, from->lines * sizeof *to->line);
+}
+
+void machine_view_copy(struct machine_view *to, const struct machine_view *from)
+{
+    memcpy(to->axis, from->axis, from->axes * sizeof *to->axis);
+    machine_view_copy_ports(to, from);
+}
 
 /* --- out of a machine --- */
 

@@ -31,11 +31,23 @@ struct machine_view_bus {
     uint64_t errors; /* what happened on it that should not */
 };
 
+/* As many of each as the rig has. */
 struct machine_view {
-    struct machine_view_axis axis[CONTROLLER_AXES_MAX];
-    struct machine_view_bus bus[RIG_BUSES_MAX];
-    int line[RIG_LINES_MAX]; /* 1, 0; below 0: it cannot be read */
+    unsigned axes, buses, lines;
+    struct machine_view_axis *axis;
+    struct machine_view_bus *bus;
+    int *line; /* 1, 0; below 0: it cannot be read */
 };
+
+/* All zero, with memory from the pool. */
+void machine_view_init(struct machine_view *view, const struct rig *rig,
+                       struct memory_pool *pool);
+/* Between two of one rig. */
+void machine_view_copy(struct machine_view *to,
+                       const struct machine_view *from);
+/* Buses and lines alone. */
+void machine_view_copy_ports(struct machine_view *to,
+                             const struct machine_view *from);
 
 /* The axes; cheap enough for every tick. */
 void machine_view_axes(const struct machine *machine,

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/units.h"
 #include "firmware/host/job/job_shots.h"
@@ -22,10 +23,13 @@
 bool run_keys_begin(struct run_keys *keys, const struct job *job,
                     int64_t override_q30, bool follows)
 {
-    *keys = (struct run_keys){ .job = job,
-                               .follows = follows,
-                               .override_q30 = override_q30,
-                               .wanted_q30 = override_q30 };
+    *keys =
+        (struct run_keys){ .job = job,
+                           .follows = follows,
+                           .override_q30 = override_q30,
+                           .wanted_q30 = override_q30,
+                           .place_q32 = memory_new(job->rig.axis_count,
+                                                   sizeof *keys->place_q32) };
     mailbox_init(&keys->mailbox);
     if (!isatty(STDERR_FILENO) || terminal_open(&keys->terminal) < 0)
         return false;
@@ -47,6 +51,8 @@ bool run_keys_begin(struct run_keys *keys, const struct job *job,
 void run_keys_end(struct run_keys *keys)
 {
     terminal_close(&keys->terminal);
+    memory_free(keys->place_q32);
+    keys->place_q32 = NULL;
 }
 
 void run_keys_take(struct run_keys *keys, const struct telemetry_row *row)

@@ -42,7 +42,7 @@ struct run_keys {
     int64_t go_ns_q12;
     bool is_typing; /* the time to go to: */
     char typed[RUN_KEYS_TIME_MAX];
-    int64_t place_q32[CONTROLLER_AXES_MAX]; /* of a CAPTURE */
+    int64_t *place_q32; /* of a CAPTURE, each axis of the rig; on the heap */
 };
 
 /* Takes the terminal and says which keys there are.  False: standard input or

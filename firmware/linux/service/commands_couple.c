@@ -14,7 +14,8 @@
 
 void service_cam_free(struct service_control *control)
 {
-    for (unsigned i = 0; i < CONTROLLER_AXES_MAX; i++)
+    for (unsigned i = 0; control->cam != NULL && i < control->rig->axis_count;
+         i++)
         for (unsigned k = 0; k < 2; k++)
             plan_track_free(&control->cam[i].track[k]);
 }

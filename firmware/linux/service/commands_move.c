@@ -256,16 +256,14 @@ void command_approach(const struct command_line *line)
 {
     struct service_control *control = line->control;
     struct service_request request = { .kind = SERVICE_START, .times = 1 };
-    int64_t pos_q32[CONTROLLER_AXES_MAX];
     if (!command_has_move(line))
         return;
     if (control->state->state != CONTROLLER_READY || control->state->homing) {
         command_line_refuse(line, "STATE", motion_err_text(MOTION_E_STATE));
         return;
     }
-    for (unsigned i = 0; i < control->rig->axis_count; i++)
-        pos_q32[i] = control->state->view.axis[i].demand_q32;
-    const int any = service_move_approach(control->move, pos_q32);
+    const int any =
+        service_move_approach(control->move, control->state->view.axis);
     if (any < 0)
         command_line_refuse(line, command_line_error(any),
                             motion_err_text(any));

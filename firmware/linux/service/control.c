@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/memory.h"
 #include "motion/core/err.h"
 
 #define CONTROL_LINES 16 /* of one client in one step */
@@ -12,6 +13,15 @@
 static int64_t control_now_ns(const struct service_control *control)
 {
     return hal_clock_now_ns(control->loop->machine->ports.clock);
+}
+
+void service_control_reserve(struct service_control *control,
+                             struct memory_pool *pool)
+{
+    const unsigned axes = control->rig->axis_count;
+    control->capture_q32 =
+        memory_pool_new(pool, axes, sizeof *control->capture_q32);
+    control->cam = memory_pool_new(pool, axes, sizeof *control->cam);
 }
 
 void service_tell_all(struct service_control *control, const cJSON *object)

@@ -51,10 +51,13 @@ struct service_control {
     unsigned asker_seat;
     enum mailbox_command command;
     char id[SERVICE_ID_MAX];
-    int64_t capture_q32[CONTROLLER_AXES_MAX];
-    struct service_cam cam[CONTROLLER_AXES_MAX];
+    int64_t *capture_q32; /* of each axis of the rig */
+    struct service_cam *cam;
 };
 
+/* What it needs for each axis of its rig, which is set, from the pool. */
+void service_control_reserve(struct service_control *control,
+                             struct memory_pool *pool);
 /* What a client may ask for: see docs/API.md. */
 void service_control_step(struct service_control *control, int timeout_ms);
 

@@ -23,10 +23,10 @@ struct service_frame_axis {
 };
 
 struct service_frame {
-    uint32_t ticks;  /* in it; 0: it is empty */
-    int64_t late_ns; /* the latest wake-up among them */
-    struct service_frame_axis axis[CONTROLLER_AXES_MAX];
-    struct service_state state; /* of the last of them */
+    uint32_t ticks;                  /* in it; 0: it is empty */
+    int64_t late_ns;                 /* the latest wake-up among them */
+    struct service_frame_axis *axis; /* of the rig */
+    struct service_state state;      /* of the last of them */
 };
 
 struct service_frames {
@@ -36,15 +36,21 @@ struct service_frames {
     _Atomic bool full;
 };
 
-/* Adds `from` to a frame that may be empty. */
+/* Empty, with memory from the pool. */
+void service_frame_init(struct service_frame *frame, const struct rig *rig,
+                        struct memory_pool *pool);
+void service_frames_init(struct service_frames *frames, const struct rig *rig,
+                         struct memory_pool *pool);
+
+/* Adds `from`, of the same rig, to a frame that may be empty. */
 void service_frame_join(struct service_frame *frame,
-                        const struct service_frame *from, unsigned axes);
+                        const struct service_frame *from);
 
 /* The tick's. */
 void service_frames_put(struct service_frames *frames,
-                        const struct service_state *state, unsigned axes);
+                        const struct service_state *state);
 /* The reader's; false: there is none. */
 bool service_frames_take(struct service_frames *frames,
-                         struct service_frame *frame, unsigned axes);
+                         struct service_frame *frame);
 
 #endif

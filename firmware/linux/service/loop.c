@@ -27,7 +27,13 @@ void service_loop_init(struct service_loop *loop, struct machine *machine,
     loop->now_ns = hal_clock_now_ns(machine->ports.clock);
     loop->state = machine->controller.state;
     mailbox_init(&loop->mailbox);
-    service_board_init(&loop->board);
+    service_board_init(&loop->board, machine->rig, &loop->memory);
+    machine_view_init(&loop->view, machine->rig, &loop->memory);
+}
+
+void service_loop_free(struct service_loop *loop)
+{
+    memory_pool_free(&loop->memory);
 }
 
 /* --- what is said --- */
@@ -104,14 +110,12 @@ static void loop_say_events(struct service_loop *loop)
 static void loop_view(struct service_loop *loop, struct machine_view *view)
 {
     struct machine *machine = loop->machine;
-    const struct rig *rig = machine->rig;
     if (loop->now_ns - loop->viewed_ns >= LOOP_VIEW_NS) {
         machine_view_ports(machine, &loop->view);
         loop->viewed_ns = loop->now_ns;
     }
     machine_view_axes(machine, view);
-    memcpy(view->bus, loop->view.bus, rig->bus_count * sizeof view->bus[0]);
-    memcpy(view->line, loop->view.line, rig->line_count * sizeof view->line[0]);
+    machine_view_copy_ports(view, &loop->view);
 }
 
 static void loop_publish(struct service_loop *loop)
@@ -147,7 +151,7 @@ static void loop_publish(struct service_loop *loop)
     state->off = machine_is_off(machine);
     loop_view(loop, &state->view);
     if (loop->frames != NULL)
-        service_frames_put(loop->frames, state, machine->rig->axis_count);
+        service_frames_put(loop->frames, state);
     service_board_publish(&loop->board);
     if (loop->recording != NULL)
         service_recording_tick(loop->recording, machine, loop->now_ns,

@@ -24,9 +24,9 @@
 /* What START plays: of each axis of the rig a track, or NULL where it stands;
  * and where its drive goes by its own profile, its goals. */
 struct service_motion {
-    const struct motion_track *track[CONTROLLER_AXES_MAX];
-    const struct controller_goal *goal[CONTROLLER_AXES_MAX];
-    unsigned goal_count[CONTROLLER_AXES_MAX];
+    const struct motion_track **track;
+    const struct controller_goal **goal;
+    unsigned *goal_count;
     struct frame_step_config steps; /* of a shoot that waits for each frame, */
     int step_line;                  /* for this line of the rig; -1: none */
     const struct plan_shots *shots; /* by line of the rig; NULL: no events */
@@ -48,6 +48,7 @@ enum service_request_turn { SERVICE_FREE, SERVICE_ASKED, SERVICE_DONE };
 
 struct service_loop {
     struct machine *machine;
+    struct memory_pool memory; /* taken before the first tick */
     struct mailbox mailbox;
     struct service_board board;
     struct service_frames *frames;       /* NULL: nobody takes any */
@@ -78,7 +79,7 @@ struct service_loop {
     struct machine_view view;
 };
 
-/* `loop` is all zero. */
+/* `loop` is all zero; service_loop_free in the end. */
 void service_loop_init(struct service_loop *loop, struct machine *machine,
                        bool is_real, int cpu);
 /* Waits for the next tick and does it: all that the thread does, for whoever has
@@ -88,5 +89,6 @@ void service_loop_tick(struct service_loop *loop);
 int service_loop_start(struct service_loop *loop);
 /* Waits until it has ended. */
 void service_loop_join(struct service_loop *loop);
+void service_loop_free(struct service_loop *loop);
 
 #endif

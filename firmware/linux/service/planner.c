@@ -121,9 +121,22 @@ static void planner_judge(struct service_move *move)
     }
 }
 
+static void planner_reserve(struct service_motion *motion, unsigned axes,
+                            struct memory_pool *memory)
+{
+    motion->track = memory_pool_new(memory, axes, sizeof *motion->track);
+    motion->goal = memory_pool_new(memory, axes, sizeof *motion->goal);
+    motion->goal_count =
+        memory_pool_new(memory, axes, sizeof *motion->goal_count);
+}
+
 static void planner_motion(struct service_move *move)
 {
     const struct job *job = &move->job;
+    const unsigned axes = job->rig.axis_count;
+    planner_reserve(&move->motion, axes, &move->memory);
+    planner_reserve(&move->approach, axes, &move->memory);
+    move->axis = memory_pool_new(&move->memory, axes, sizeof *move->axis);
     for (unsigned i = 0; i < job->move.axis_count; i++) {
         const unsigned axis = job->rig_axis[i];
         move->motion.track[axis] = &job->track[i];
@@ -163,6 +176,7 @@ void service_move_free(struct service_move *move)
     if (move == NULL)
         return;
     job_free(&move->job);
+    memory_pool_free(&move->memory);
     memory_free(move->move_text);
     memory_free(move);
 }
@@ -172,26 +186,34 @@ void service_move_free(struct service_move *move)
 static int approach_axis(struct service_move *move, unsigned i, int64_t pos_q32)
 {
     const unsigned axis = move->job.rig_axis[i];
-    struct motion_track *track = &move->track[axis];
-    motion_track_init(track, move->storage[axis], JOB_WAY_SEGMENTS, pos_q32);
+    struct service_approach *own = &move->axis[axis];
+    struct motion_track *track = &own->track;
+    motion_track_init(track, own->storage, JOB_WAY_SEGMENTS, pos_q32);
     const int any = job_way(&move->job, i, 0, track);
     if (any <= 0)
         return any;
     move->approach.track[axis] = track;
     if (move->job.goal[i] != NULL &&
-        controller_goals_of(track, &move->goal[axis], 1) > 0) {
-        move->approach.goal[axis] = &move->goal[axis];
+        controller_goals_of(track, &own->goal, 1) > 0) {
+        move->approach.goal[axis] = &own->goal;
         move->approach.goal_count[axis] = 1;
     }
     return 1;
 }
 
-int service_move_approach(struct service_move *move, const int64_t pos_q32[])
+int service_move_approach(struct service_move *move,
+                          const struct machine_view_axis axis[])
 {
+    struct service_motion *approach = &move->approach;
     int any = 0;
-    memset(&move->approach, 0, sizeof move->approach);
+    for (unsigned i = 0; i < move->job.rig.axis_count; i++) {
+        approach->track[i] = NULL;
+        approach->goal[i] = NULL;
+        approach->goal_count[i] = 0;
+    }
     for (unsigned i = 0; i < move->job.move.axis_count; i++) {
-        const int err = approach_axis(move, i, pos_q32[move->job.rig_axis[i]]);
+        const int err =
+            approach_axis(move, i, axis[move->job.rig_axis[i]].demand_q32);
         if (err < 0)
             return err;
         any |= err;

@@ -13,6 +13,13 @@
 
 #define SERVICE_PLAN_TEXT_MAX 2048
 
+/* The way of an axis to its first key; by its drive's own profile: a goal. */
+struct service_approach {
+    struct motion_segment storage[JOB_WAY_SEGMENTS];
+    struct motion_track track;
+    struct controller_goal goal;
+};
+
 /* A move that was planned and judged, and the way to its first keys. */
 struct service_move {
     struct job job;
@@ -21,17 +28,17 @@ struct service_move {
     char text[SERVICE_PLAN_TEXT_MAX]; /* why not, a line each */
     char *move_text;                  /* of its file */
     struct service_motion approach;
-    struct motion_segment storage[CONTROLLER_AXES_MAX][JOB_WAY_SEGMENTS];
-    struct motion_track track[CONTROLLER_AXES_MAX];
-    struct controller_goal goal[CONTROLLER_AXES_MAX];
+    struct service_approach *axis; /* of the rig */
+    struct memory_pool memory;
 };
 
 void service_move_free(struct service_move *move);
-/* Fills in `approach`: from where the axes stand (pos_q32 of each axis of the
- * rig) to their first keys at a quarter of their limits.  0: they are there; 1:
- * there is something to play; or an error of motion_ease_append_limited.  Not
- * while it is played. */
-int service_move_approach(struct service_move *move, const int64_t pos_q32[]);
+/* Fills in `approach`: from where the axes of the rig were sent last to their
+ * first keys at a quarter of their limits.  0: they are there; 1: there is
+ * something to play; or an error of motion_ease_append_limited.  Not while it is
+ * played. */
+int service_move_approach(struct service_move *move,
+                          const struct machine_view_axis axis[]);
 
 enum service_plan_turn {
     SERVICE_PLAN_IDLE,

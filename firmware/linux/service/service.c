@@ -113,6 +113,7 @@ static enum status service_planner(struct service *self)
     control->rig_crc = crc32_of(0, self->rig_text, self->rig_length);
     control->is_real = self->config->real;
     control->loop = &self->loop;
+    service_control_reserve(control, &self->loop.memory);
     control->recording = &self->recording;
     control->rig_text = self->rig_text;
     control->rig_length = self->rig_length;
@@ -269,6 +270,7 @@ static void service_down(struct service *self)
     service_cam_free(control);
     machine_real_close(&self->real);
     guardian_end(&self->guardian);
+    service_loop_free(&self->loop);
     machine_free(&self->machine);
     machine_sim_free(&self->sim);
     rig_free(&self->rig);
@@ -290,6 +292,7 @@ enum status service_run(const struct service_config *config)
     if (status == STATUS_OK) {
         service_loop_init(&self->loop, &self->machine, config->real,
                           config->cpu);
+        service_frames_init(&self->frames, &self->rig, &self->loop.memory);
         self->loop.frames = config->beside != NULL ? &self->frames : NULL;
         service_recording_init(&self->recording, config->recordings, &self->rig,
                                self->machine.ports.clock);

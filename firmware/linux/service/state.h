@@ -68,11 +68,25 @@ struct service_board {
 
 #define SERVICE_FRESH 4u
 
-static inline void service_board_init(struct service_board *board)
+static inline void service_board_init(struct service_board *board,
+                                      const struct rig *rig,
+                                      struct memory_pool *pool)
 {
     board->tick = 0;
     board->reader = 1;
     atomic_init(&board->between, 2);
+    for (unsigned i = 0; i < 3; i++)
+        machine_view_init(&board->copy[i].view, rig, pool);
+}
+
+/* Between two of one rig. */
+static inline void service_state_copy(struct service_state *to,
+                                      const struct service_state *from)
+{
+    const struct machine_view view = to->view;
+    *to = *from;
+    to->view = view;
+    machine_view_copy(&to->view, &from->view);
 }
 
 /* The tick's: the copy to be filled in, all of it; and out with it. */

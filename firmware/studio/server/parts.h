@@ -41,6 +41,7 @@ struct studio_connection {
     bool up_whole; /* the line is complete */
     char down[STUDIO_DOWN_MAX];
     size_t down_length;
+    struct memory_pool memory;
     struct service_frame frame; /* what was not sent yet */
     struct bytes_count count;
     int64_t rate_ns, sent_ns; /* between frames; the last one */
@@ -65,6 +66,7 @@ struct studio_server {
     lws_sorted_usec_list_t timer;
     int64_t looked_ns;  /* when studio_socket_look ran */
     int64_t stalled_ns; /* when the thread was last found to have stood still */
+    struct memory_pool memory;
     struct service_frame frame;
     struct studio_connection connection[STUDIO_CONNECTIONS];
 };

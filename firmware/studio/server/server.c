@@ -109,6 +109,7 @@ struct studio_server *studio_server_start(const struct studio_config *config,
     server->socket = socket;
     server->frames = frames;
     server->looked_ns = studio_now_ns();
+    service_frame_init(&server->frame, rig, &server->memory);
     if (!server_listen(server)) {
         error_say("the page: cannot listen at %s port %u, expected an address "
                   "of this machine and a port that nobody has",
@@ -121,6 +122,7 @@ struct studio_server *studio_server_start(const struct studio_config *config,
     }
     if (server->context != NULL)
         lws_context_destroy(server->context);
+    memory_pool_free(&server->memory);
     memory_free(server);
     return NULL;
 }
@@ -133,5 +135,6 @@ void studio_server_stop(struct studio_server *server)
     lws_cancel_service(server->context);
     (void)pthread_join(server->thread, NULL);
     lws_context_destroy(server->context);
+    memory_pool_free(&server->memory);
     memory_free(server);
 }

@@ -156,6 +156,7 @@ static int socket_open(struct studio_server *server, struct lws *wsi,
     self->up = memory_new(STUDIO_LINE_MAX, 1);
     self->rate_ns = socket_rate_ns(wsi);
     self->count.is_real = server->config->is_real;
+    service_frame_init(&self->frame, server->rig, &self->memory);
     *user = self;
     (void)setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF,
                      &(int){ SOCKET_KERNEL }, sizeof(int));
@@ -168,6 +169,7 @@ static void socket_gone(struct studio_connection *self)
 {
     socket_unlink(self);
     memory_free(self->up);
+    memory_pool_free(&self->memory);
     memset(self, 0, sizeof *self);
 }
 
@@ -361,7 +363,7 @@ static void socket_look(struct studio_connection *self,
         return;
     if (fresh->ticks > 0) {
         self->count.joined += self->frame.ticks > 0;
-        service_frame_join(&self->frame, fresh, self->server->rig->axis_count);
+        service_frame_join(&self->frame, fresh);
     }
     if (self->link >= 0)
         socket_send_up(self);
@@ -375,8 +377,7 @@ void studio_socket_look(struct studio_server *server, int64_t now_ns)
     (void)socket_is_late(server);
     server->looked_ns = now_ns;
     server->frame.ticks = 0;
-    (void)service_frames_take(server->frames, &server->frame,
-                              server->rig->axis_count);
+    (void)service_frames_take(server->frames, &server->frame);
     for (unsigned i = 0; i < STUDIO_CONNECTIONS; i++)
         if (server->connection[i].wsi != NULL)
             socket_look(&server->connection[i], &server->frame, now_ns);

@@ -419,8 +419,7 @@ STUDIO_EXPORT const char *studio_plan_fit(struct studio_plan *plan,
             plan, edit_refusal("no such method, expected stretch, local, "
                                "smooth or speed"));
     repair.method = (enum repair_method)which;
-    status =
-        tolerance[0] == 0 ? STATUS_OK : repair_tolerance(&repair, tolerance);
+    status = repair_tolerance(&repair, tolerance[0] == 0 ? NULL : tolerance);
     if (status == STATUS_OK)
         status = repair_solve(&repair, &plan->files.files);
     answer = status == STATUS_OK ? edit_made(plan, &repair.text)

@@ -136,10 +136,11 @@ int move_memo_close(const struct move *move)
 
 void plan_memo_free(struct plan_memo *memo)
 {
-    for (unsigned i = 0; i < PLAN_AXES_MAX; i++) {
+    for (uint32_t i = 0; i < memo->axes; i++) {
         free(memo->axis[i].span);
         free(memo->axis[i].word);
         free(memo->axis[i].segment);
     }
+    free(memo->axis);
     memset(memo, 0, sizeof *memo);
 }

@@ -38,6 +38,7 @@ static void cmd_check_buses(const struct job *job)
         struct budget budget;
         budget_of(&job->rig, i, job, &budget);
         budget_print(&budget, stdout);
+        budget_free(&budget);
     }
 }
 

@@ -79,7 +79,7 @@ struct cmd_gallery {
     FILE *page;
     char folder[OUTPUT_PATH_MAX]; /* of the pictures */
     const char *folder_name;      /* as the page calls it */
-    struct cmd_gallery_row row[PLAN_AXES_MAX];
+    struct cmd_gallery_row *row;  /* of every curve */
 };
 
 static enum status cmd_gallery_fail(const char *what, const char *which)
@@ -333,7 +333,10 @@ static enum status cmd_gallery_run(const struct options *options)
     if (length < 4 || strcmp(options->out + length - 3, ".md") != 0)
         return cmd_gallery_fail("where to? expected --out FILE.md", "");
     struct job *job = memory_new(1, sizeof *job);
-    self = (struct cmd_gallery){ .job = job };
+    self = (struct cmd_gallery){
+        .job = job,
+        .row = memory_new(compare_spellings, sizeof *self.row),
+    };
     enum status status =
         planning_open(job, options->path, options->path_count, false);
     if (status == STATUS_OK && job->move.axis_count != 1)
@@ -343,6 +346,7 @@ static enum status cmd_gallery_run(const struct options *options)
         status = cmd_gallery_write(&self, options->out);
     if (status == STATUS_OK)
         cmd_gallery_report(options->out, options->json);
+    memory_free(self.row);
     job_free(job);
     memory_free(job);
     return status;

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/exchange/import.h"
 #include "firmware/host/exchange/import_fit.h"
@@ -31,7 +32,7 @@ static enum status cmd_import_wish(struct import_wish *wish,
                                    const struct options *options)
 {
     char sentence[UNITS_SENTENCE_MAX], message[YAML_MESSAGE_MAX];
-    enum plan_curve curve[PLAN_AXES_MAX];
+    enum plan_curve *curve = NULL;
     wish->curve = PLAN_CURVE_QUINTIC;
     wish->progress = &planning_progress;
     if (options->fps != NULL &&
@@ -43,17 +44,18 @@ static enum status cmd_import_wish(struct import_wish *wish,
     if (options->curve == NULL)
         return STATUS_OK;
     struct messages messages = { .text = NULL };
-    int count =
-        compare_parse("slew import: --curve", options->curve, curve, &messages);
+    int count = compare_parse("slew import: --curve", options->curve, &curve,
+                              &messages);
     error_tell(&messages);
     if (count < 0)
         return STATUS_INPUT;
-    if (count != 1)
-        return cmd_import_fail("--curve: expected one curve, such as quintic",
-                               "");
     wish->curve = curve[0];
     wish->has_curve = true;
-    return STATUS_OK;
+    memory_free(curve);
+    return count == 1 ? STATUS_OK
+                      : cmd_import_fail("--curve: expected one curve, such as "
+                                        "quintic",
+                                        "");
 }
 
 /* The move is planned before anything is written: what cannot be planned, such
@@ -158,19 +160,21 @@ static enum status cmd_import_file(const struct import_format *format,
                                    const struct options *options)
 {
     static struct imported imported;
-    struct import_fit fit[PLAN_AXES_MAX];
     char message[YAML_MESSAGE_MAX];
     const int err =
         format->read(&disk_files, options->path[1], wish, &imported, message);
     plan_progress_end(&planning_progress);
     if (err < 0)
         return cmd_import_refuse(message);
+    struct import_fit *fit =
+        memory_new((size_t)imported.move.axis_count + 1, sizeof *fit);
     enum status status =
         cmd_import_check(&imported, format, wish, fit, options->path[1]);
     if (status == STATUS_OK)
         status = cmd_import_write(&imported, format, options->out);
     if (status == STATUS_OK)
         cmd_import_report(&imported, wish, fit, options);
+    memory_free(fit);
     move_free(&imported.move);
     return status;
 }

@@ -29,7 +29,7 @@ static enum status cmd_plot_fail(const char *what)
 struct cmd_plot_reader {
     const struct job *job;
     struct trace *trace;
-    struct motion_cursor cursor[PLAN_AXES_MAX];
+    struct motion_cursor *cursor; /* of the move's axes */
     int other; /* the axis that another move played, -1: none */
     int64_t at_ns_q12;
 };
@@ -82,9 +82,17 @@ static int cmd_plot_read(struct cmd_plot_reader *self, const char *path,
 static enum status cmd_plot_trace(const struct job *job, const char *path,
                                   struct trace *trace)
 {
-    struct cmd_plot_reader self = { .job = job, .trace = trace, .other = -1 };
+    struct cmd_plot_reader self = {
+        .job = job,
+        .trace = trace,
+        .cursor = memory_new((size_t)job->move.axis_count + 1,
+                             sizeof(struct motion_cursor)),
+        .other = -1,
+    };
     char message[YAML_MESSAGE_MAX], at[NUMBER_MAX];
-    if (cmd_plot_read(&self, path, message) < 0) {
+    const int err = cmd_plot_read(&self, path, message);
+    memory_free(self.cursor);
+    if (err < 0) {
         error_say("%s", message);
         return STATUS_INPUT;
     }

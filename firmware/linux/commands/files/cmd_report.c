@@ -77,7 +77,7 @@ static void cmd_report_axis(struct table *table, const struct cmd_report *self,
                             unsigned i)
 {
     const struct rig_axis *rig = &self->file.rig.axis[i];
-    const struct figures_axis *axis = &self->figures.axis[i];
+    const struct figures_axis *axis = figures_of(&self->figures, i);
     char at[NUMBER_MAX];
     table_cell(table, "%s", rig->name);
     table_cell(table, "%s", units_axis_text(rig->unit));
@@ -165,7 +165,7 @@ static cJSON *cmd_report_json_axis(const struct cmd_report *self, unsigned i)
     static const char *const peak[] = { NULL, "peak_velocity",
                                         "peak_acceleration", "peak_jerk" };
     const struct rig_axis *rig = &self->file.rig.axis[i];
-    const struct figures_axis *axis = &self->figures.axis[i];
+    const struct figures_axis *axis = figures_of(&self->figures, i);
     cJSON *item = cJSON_CreateObject();
     cJSON_AddStringToObject(item, "name", rig->name);
     cJSON_AddStringToObject(item, "unit", units_axis_text(rig->unit));

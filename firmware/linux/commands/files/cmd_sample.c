@@ -27,8 +27,8 @@
 struct cmd_sample {
     const struct job *job;
     const struct options *options;
-    unsigned first, end; /* axes */
-    struct motion_cursor cursor[PLAN_AXES_MAX];
+    unsigned first, end;            /* axes */
+    struct motion_cursor *cursor;   /* of the move's axes */
     struct motion_quat mount, last; /* of the camera */
     bool failed; /* a compiled move could not be read any more */
 };
@@ -189,12 +189,14 @@ static enum status cmd_sample_fail(const char *what, const char *which)
 static enum status cmd_sample_no_axis(const struct cmd_sample *self,
                                       const char *name)
 {
-    const char *names[PLAN_AXES_MAX];
+    const unsigned axes = self->job->move.axis_count;
+    const char **names = memory_new((size_t)axes + 1, sizeof *names);
     char list[QUOTE_LIST_MAX];
-    for (unsigned i = 0; i < self->job->move.axis_count; i++)
+    for (unsigned i = 0; i < axes; i++)
         names[i] = self->job->move.axis[i].name;
     error_say("slew sample: the move has no axis \"%s\", expected %s", name,
-              quote_list(list, names, self->job->move.axis_count));
+              quote_list(list, names, axes));
+    memory_free(names);
     return STATUS_INPUT;
 }
 
@@ -251,10 +253,13 @@ static enum status cmd_sample_job(struct job *job,
                                    : "--from is after --to",
                                ", expected an earlier time");
     int64_t k = cmd_sample_first(from_ns, options->rate_uhz);
+    self.cursor =
+        memory_new((size_t)job->move.axis_count + 1, sizeof *self.cursor);
     if (options->json)
         cmd_sample_json(&self, k, to_ns);
     else
         cmd_sample_csv(&self, k, to_ns);
+    memory_free(self.cursor);
     return self.failed
                ? error_file(job->move_path, compiled_error(job->compiled))
                : STATUS_OK;

@@ -32,8 +32,9 @@ struct cmd_capture {
     bool is_served;
     struct machine_view view;
     int64_t now_ns, start_ns, every_ns;
-    int64_t tolerance_q32[RIG_AXES_MAX];
-    uint32_t seen[RIG_AXES_MAX]; /* keys before they were simplified */
+    int64_t *tolerance_q32; /* of each axis */
+    uint32_t *seen;         /* its keys before they were simplified */
+    struct memory_pool memory;
     struct imported imported;
 };
 
@@ -314,13 +315,24 @@ static void capture_report(const struct cmd_capture *self)
 
 /* --- the command --- */
 
+static void capture_reserve(struct cmd_capture *self)
+{
+    const unsigned axes = self->live.rig->axis_count;
+    machine_view_init(&self->view, self->live.rig, &self->memory);
+    self->tolerance_q32 =
+        memory_pool_new(&self->memory, axes, sizeof *self->tolerance_q32);
+    self->seen = memory_pool_new(&self->memory, axes, sizeof *self->seen);
+}
+
 static enum status capture_open(struct cmd_capture *self)
 {
     const struct options *options = self->options;
     const bool is_plain = !options->pty && options->interface == NULL;
     enum status status = live_read(&self->live, options);
-    if (status == STATUS_OK)
+    if (status == STATUS_OK) {
+        capture_reserve(self);
         status = capture_tolerance(self);
+    }
     if (status != STATUS_OK)
         return status;
     self->is_served = served_find(&self->served, options, "capture", is_plain);
@@ -371,6 +383,7 @@ static enum status cmd_capture_run(const struct options *options)
     move_free(&self->imported.move);
     served_close(&self->served);
     live_close(&self->live);
+    memory_pool_free(&self->memory);
     memory_free(self);
     return status;
 }

@@ -25,6 +25,7 @@ struct cmd_home {
     int64_t dur_ns;
     /* what came of it */
     struct machine_view view;
+    struct memory_pool memory;
     int failed; /* axis; -1: none */
     char why[HOMING_TEXT_MAX];
     char fault[LIVE_FAULT_MAX];
@@ -348,6 +349,7 @@ static enum status cmd_home_rig(struct cmd_home *self)
         status = cmd_home_choose(self);
     if (status != STATUS_OK)
         return status;
+    machine_view_init(&self->view, self->live.rig, &self->memory);
     if (!options->json)
         cmd_home_intent(self);
     const bool is_plain =
@@ -381,6 +383,7 @@ static enum status cmd_home_run(const struct options *options)
     enum status status = cmd_home_rig(self);
     served_close(&self->served);
     live_close(&self->live);
+    memory_pool_free(&self->memory);
     memory_free(self);
     return status;
 }

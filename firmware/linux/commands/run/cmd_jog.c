@@ -129,7 +129,10 @@ static enum status cmd_jog_keys(struct cmd_jog *self,
     };
     struct jog_hand_live hand;
     jog_hand_live_init(&hand, &self->live);
-    return jog_keys_run(&self->keys, &hand.hand, &config, interrupts);
+    const enum status status =
+        jog_keys_run(&self->keys, &hand.hand, &config, interrupts);
+    jog_hand_live_free(&hand);
+    return status;
 }
 
 static enum status cmd_jog_save(const struct cmd_jog *self)

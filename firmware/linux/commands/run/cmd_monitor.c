@@ -29,8 +29,9 @@ struct cmd_monitor {
     char fault[LIVE_FAULT_MAX];
     int64_t start_ns, now_ns;
     int64_t every_ns, shown_ns;
-    int64_t busy_ns[RIG_BUSES_MAX]; /* of the wire, when it was shown last */
-    double load[RIG_BUSES_MAX];
+    int64_t *busy_ns; /* of each bus's wire, when it was shown last */
+    double *load;
+    struct memory_pool memory;
     bool screen; /* standard output is a terminal that is drawn anew */
 };
 
@@ -295,6 +296,16 @@ static enum status monitor_served(struct cmd_monitor *self,
 
 /* --- the command --- */
 
+static void monitor_reserve(struct cmd_monitor *self)
+{
+    const struct rig *rig = self->live.rig;
+    machine_view_init(&self->view, rig, &self->memory);
+    self->busy_ns =
+        memory_pool_new(&self->memory, rig->bus_count, sizeof *self->busy_ns);
+    self->load =
+        memory_pool_new(&self->memory, rig->bus_count, sizeof *self->load);
+}
+
 static enum status cmd_monitor_open(struct cmd_monitor *self)
 {
     const struct options *options = self->options;
@@ -302,6 +313,7 @@ static enum status cmd_monitor_open(struct cmd_monitor *self)
     enum status status = live_read(&self->live, options);
     if (status != STATUS_OK)
         return status;
+    monitor_reserve(self);
     self->is_served = served_find(&self->served, options, "monitor", is_plain);
     if (self->is_served)
         return served_allow(&self->served, is_plain, "--interface");
@@ -342,6 +354,7 @@ static enum status cmd_monitor_run(const struct options *options)
     enum status status = cmd_monitor_rig(self);
     served_close(&self->served);
     live_close(&self->live);
+    memory_pool_free(&self->memory);
     memory_free(self);
     return status;
 }

@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 
+#include "firmware/host/base/memory.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
@@ -120,7 +121,16 @@ static const struct jog_hand_ops jog_hand_live_ops = {
 void jog_hand_live_init(struct jog_hand_live *self, struct live *live)
 {
     *self = (struct jog_hand_live){
-        .hand = { .ops = &jog_hand_live_ops, .rig = live->rig }, .live = live
+        .hand = { .ops = &jog_hand_live_ops,
+                  .rig = live->rig,
+                  .axis = memory_new(live->rig->axis_count,
+                                     sizeof *self->hand.axis) },
+        .live = live,
     };
     jog_hand_see(&self->hand);
+}
+
+void jog_hand_live_free(struct jog_hand_live *self)
+{
+    memory_free(self->hand.axis);
 }

@@ -35,7 +35,7 @@ struct jog_hand {
     bool enabling, homing;
     char doing[64];             /* a word for the state, or the homing's step */
     char fault[LIVE_FAULT_MAX]; /* or why homing failed; "" */
-    struct jog_hand_axis axis[CONTROLLER_AXES_MAX];
+    struct jog_hand_axis *axis; /* of the rig; on the heap */
 };
 
 /* The machine of this process. */
@@ -44,6 +44,7 @@ struct jog_hand_live {
     struct live *live;
 };
 void jog_hand_live_init(struct jog_hand_live *self, struct live *live);
+void jog_hand_live_free(struct jog_hand_live *self);
 
 /* A goal so far away in a direction (-1, 1) that only the dead-man stops it, or
  * the end of the range of an axis that is homed. */

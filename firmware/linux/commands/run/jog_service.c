@@ -7,6 +7,7 @@
 
 #include "firmware/control/playback.h"
 #include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/machine/view.h"
 #include "motion/core/err.h"
@@ -19,6 +20,7 @@ struct jog_service {
     struct served *served;
     const struct jog_wanted *want;
     struct machine_view view;
+    struct memory_pool memory;
     char said[256];
 };
 
@@ -293,6 +295,12 @@ enum status jog_service(struct served *served, const struct rig *rig,
                   PLAYBACK_JOG_MAX_NS / 1e9);
         return STATUS_INPUT;
     }
-    const enum status status = served_take(served, SERVED_LEASE_S);
-    return status == STATUS_OK ? jog_do(&self, keys, result) : status;
+    self.hand.axis =
+        memory_pool_new(&self.memory, rig->axis_count, sizeof *self.hand.axis);
+    machine_view_init(&self.view, rig, &self.memory);
+    enum status status = served_take(served, SERVED_LEASE_S);
+    if (status == STATUS_OK)
+        status = jog_do(&self, keys, result);
+    memory_pool_free(&self.memory);
+    return status;
 }

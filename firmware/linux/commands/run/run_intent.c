@@ -113,6 +113,7 @@ static void run_intent_bus(const struct run_when *self, unsigned i)
     budget_of(&self->job->rig, i, NULL, &budget);
     printf("%s: %u kbit/s, at most %.1f %% in use", bus->name,
            bus->bit_rate / 1000, 100 * budget.most);
+    budget_free(&budget);
     if (self->options->real)
         run_intent_port(bus);
     putchar('\n');

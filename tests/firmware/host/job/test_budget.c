@@ -63,6 +63,7 @@ static void bits_are_those_of_the_worst_frames(void **state)
     assert_true(budget.most > bits / 1e6 - 1e-9);
     assert_true(budget.most < bits / 1e6 + 1e-9);
     assert_true(budget_fits(&budget));
+    budget_free(&budget);
 }
 
 static void play(void)
@@ -98,6 +99,7 @@ static void expect_load_as_computed(void)
         assert_true(report.load[i] > 0.99 * budget.expected);
         assert_true(report.load[i] < 1.01 * budget.expected);
         assert_true(report.load[i] < budget.most);
+        budget_free(&budget);
     }
 }
 
@@ -136,6 +138,7 @@ static void a_ninth_does_not_fit_and_what_would_is_said(void **state)
     budget_advice(&budget, advice);
     assert_string_equal(
         advice, "4 drives on this bus, a tick of 1.22 ms, or another bus");
+    budget_free(&budget);
 }
 
 /* What the advice says has to be true. */
@@ -149,8 +152,10 @@ static void the_advice_fits_and_a_little_more_does_not(void **state)
     budget_of(&rig, 0, NULL, &budget);
     assert_true(budget_fits(&budget));
     rig.period_ns = 1210000;
+    budget_free(&budget);
     budget_of(&rig, 0, NULL, &budget);
     assert_false(budget_fits(&budget));
+    budget_free(&budget);
 }
 
 static void a_faster_bus_is_proposed_where_there_is_one(void **state)
@@ -170,9 +175,11 @@ static void a_faster_bus_is_proposed_where_there_is_one(void **state)
     assert_string_equal(
         advice, "1 drive on this bus, a tick of 1.97 ms, or 1000 kbit/s");
     rig.bus[0].bit_rate = 10000; /* SYNC alone is too much */
+    budget_free(&budget);
     budget_of(&rig, 0, NULL, &budget);
     budget_advice(&budget, advice);
     assert_string_equal(advice, "1000 kbit/s");
+    budget_free(&budget);
 }
 
 int main(void)

@@ -53,10 +53,10 @@ static void plan_wave(void)
 
 static void save_wave(void)
 {
-    struct track_file file = {
-        .axis_count = 1,
-        .axis = { { .name = "dolly", .unit = "mm", .keys = SEGMENTS + 1 } }
-    };
+    struct track_file_axis axis = { .name = "dolly",
+                                    .unit = "mm",
+                                    .keys = SEGMENTS + 1 };
+    struct track_file file = { .axis_count = 1, .axis = &axis };
     FILE *out = fopen(path, "wb");
     assert_non_null(out);
     track_file_write(out, &file, &whole);

@@ -47,9 +47,12 @@ static int end(void **state)
 static void write_tracks(unsigned axes)
 {
     static const char *const name[] = { "dolly", "pan" };
+    static struct track_file_axis axis[2];
     FILE *out = fopen(path, "wb");
 
     memset(&file, 0, sizeof file);
+    memset(axis, 0, sizeof axis);
+    file.axis = axis;
     strcpy(file.title, "A move");
     file.axis_count = axes;
     for (unsigned i = 0; i < axes; i++) {

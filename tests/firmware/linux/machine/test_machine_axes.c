@@ -173,6 +173,7 @@ static void the_budget_has_one_heartbeat_per_node(void **state)
     assert_int_equal(count_of(&budget, "feedback"), AXES);
     assert_int_equal(count_of(&budget, "speed"), 1);
     assert_int_equal(count_of(&budget, "heartbeat"), 3);
+    budget_free(&budget);
 }
 
 /* What it may not say, of the second drive of two on node 5 by these fields. */

@@ -171,6 +171,7 @@ static void the_budget_counts_what_they_need(void **state)
     assert_int_equal(most_of(&budget, "speed", CSV), 95);
     assert_int_equal(most_of(&budget, "speed", CSP), 0);
     assert_int_equal(budget.item[0].most_bits, 65); /* SYNC, with its counter */
+    budget_free(&budget);
 }
 
 int main(void)

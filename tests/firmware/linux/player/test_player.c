@@ -143,6 +143,7 @@ static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
         assert_true(bench.report.load[i] > 0.99 * budget.expected);
         assert_true(bench.report.load[i] < 1.01 * budget.expected);
         assert_true(bench.report.load[i] < budget.most);
+        budget_free(&budget);
     }
 }
 

@@ -12,8 +12,32 @@
 #include "firmware/linux/service/frames.h"
 #include "firmware/studio/server/bytes.h"
 
+static struct rig rig;
+static struct memory_pool memory;
 static struct service_frames frames;
+static struct service_frame frame;
 static struct service_state state_of;
+
+static int begin(void **state)
+{
+    (void)state;
+    rig.axis_count = 2;
+    rig.bus_count = 1;
+    rig.line_count = 3;
+    memset(&frames, 0, sizeof frames);
+    service_frames_init(&frames, &rig, &memory);
+    service_frame_init(&frame, &rig, &memory);
+    memset(&state_of, 0, sizeof state_of);
+    machine_view_init(&state_of.view, &rig, &memory);
+    return 0;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    memory_pool_free(&memory);
+    return 0;
+}
 
 static void tick(int64_t n)
 {
@@ -22,44 +46,40 @@ static void tick(int64_t n)
     state_of.late_ns = n == 3 ? 700 : 5;
     state_of.view.axis[0].pos_q32 = n == 7 ? -1000 : n;
     state_of.view.axis[0].demand_q32 = n == 40 ? 9999 : n;
-    service_frames_put(&frames, &state_of, 1);
+    service_frames_put(&frames, &state_of);
 }
 
 static void no_peak_is_lost_while_nobody_looks(void **state)
 {
-    struct service_frame frame = { .ticks = 0 };
     uint32_t ticks = 0;
 
     (void)state;
-    memset(&frames, 0, sizeof frames);
-    assert_false(service_frames_take(&frames, &frame, 1));
+    assert_false(service_frames_take(&frames, &frame));
     for (int64_t n = 1; n <= 60; n++)
         tick(n);
     /* the first frame waits since its time; the rest is one frame */
-    assert_true(service_frames_take(&frames, &frame, 1));
+    assert_true(service_frames_take(&frames, &frame));
     ticks = frame.ticks;
     assert_int_equal(frame.axis[0].actual_q32.low, -1000);
     assert_int_equal(frame.late_ns, 700);
     assert_int_equal(frame.state.ticks, ticks);
     tick(61);
-    assert_true(service_frames_take(&frames, &frame, 1));
+    assert_true(service_frames_take(&frames, &frame));
     assert_int_equal(frame.ticks, 61);
     assert_int_equal(frame.axis[0].actual_q32.low, -1000);
     assert_int_equal(frame.axis[0].demand_q32.high, 9999);
     assert_int_equal(frame.axis[0].demand_q32.last, 61);
-    assert_false(service_frames_take(&frames, &frame, 1));
+    assert_false(service_frames_take(&frames, &frame));
 }
 
 static void frames_come_at_60_hz(void **state)
 {
-    struct service_frame frame = { .ticks = 0 };
     unsigned count = 0;
 
     (void)state;
-    memset(&frames, 0, sizeof frames);
     for (int64_t n = 1; n <= 1000; n++) {
         tick(n);
-        count += service_frames_take(&frames, &frame, 1);
+        count += service_frames_take(&frames, &frame);
         frame.ticks = 0;
     }
     assert_in_range(count, 54, 60);
@@ -75,15 +95,10 @@ static int64_t read_i64(const uint8_t *at)
 
 static void a_frame_in_bytes_is_as_its_document_says(void **state)
 {
-    static struct rig rig;
-    static struct service_frame frame;
     static uint8_t bytes[BYTES_MAX];
     const struct bytes_count count = { 5, 6, true };
 
     (void)state;
-    rig.axis_count = 2;
-    rig.bus_count = 1;
-    rig.line_count = 3;
     frame.ticks = 17;
     frame.late_ns = 1234;
     frame.state.ticks = 1000;
@@ -128,9 +143,11 @@ static void a_frame_in_bytes_is_as_its_document_says(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_peak_is_lost_while_nobody_looks),
-        cmocka_unit_test(frames_come_at_60_hz),
-        cmocka_unit_test(a_frame_in_bytes_is_as_its_document_says),
+        cmocka_unit_test_setup_teardown(no_peak_is_lost_while_nobody_looks,
+                                        begin, end),
+        cmocka_unit_test_setup_teardown(frames_come_at_60_hz, begin, end),
+        cmocka_unit_test_setup_teardown(
+            a_frame_in_bytes_is_as_its_document_says, begin, end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -235,10 +235,12 @@ static void the_budget_of_an_odrive(void **state)
     assert_true(budget_fits(&budget));
     assert_in_range((int)(budget.most * 10000), 3316, 3318);
     rig.bus[0].bit_rate = 250000;
+    budget_free(&budget);
     budget_of(&rig, 0, NULL, &budget);
     assert_false(budget_fits(&budget));
     budget_advice(&budget, advice);
     assert_string_equal(advice, "a tick of 1.34 ms, or 500 kbit/s");
+    budget_free(&budget);
 }
 
 /* ---- what the wire can say ---- */
