@@ -1,5 +1,5 @@
 /* hal/mcu/piece.h - axes and moves for a board in pieces of registers: written
- * by who sends (hal/drive/slew_mcu), read by the board (firmware/mcu/upload.h).
+ * by who sends, read by the board (firmware/mcu/upload.h).
  *
  * A piece is one write of registers (docs/MCU.md has every one): what it is, of
  * which axis, of which move, its number, its content and a CRC-32 over all of

@@ -111,7 +111,7 @@ static void job_say_unverified(const char *path, const struct rig *rig,
                                struct messages *messages)
 {
     for (uint32_t i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].kind == RIG_MODBUS &&
+        if (rig_kinds[rig->axis[i].kind]->has_map &&
             rig->map[rig->axis[i].map].is_unverified)
             messages_add(messages, MESSAGE_WARNING,
                          "%s: %s: the register map of \"%s\" is unverified: "

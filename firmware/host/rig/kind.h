@@ -26,6 +26,7 @@ enum rig_drive_kind { RIG_KIND_LIST(RIG_KIND_ENUM) };
 #define RIG_DRIVE_KINDS (0 RIG_KIND_LIST(RIG_KIND_COUNT))
 
 struct homing_config;
+struct modbus_rtu_time;
 struct motion_state;
 struct rig;
 struct rig_axis;
@@ -76,6 +77,13 @@ struct rig_kind {
     bool reports_torque; /* in thousandths of the rated one */
     bool has_map;        /* its registers are described by a file */
     bool samples;        /* it is a board, which is given whole tracks */
+    /* On a Modbus line: how long its transactions of one cycle take, and how
+     * many they are; `streamed`: as if it were. */
+    int64_t (*turn_ns)(const struct rig *rig, unsigned i,
+                       const struct modbus_rtu_time *time, bool streamed,
+                       unsigned *transactions);
+    /* So long it may take to answer there. */
+    int64_t (*answer_ns)(const struct rig *rig, unsigned i);
     /* On a CAN bus without CANopen: what axis i has there; returns how many. */
     unsigned (*frames)(const struct rig *rig, unsigned i,
                        struct rig_frame frame[RIG_FRAMES_MAX]);

@@ -2,9 +2,6 @@
 #include "firmware/host/rig/modbus_budget.h"
 
 #include "firmware/host/rig/modbus_stream.h"
-#include "hal/mcu/piece.h"
-
-#define BUDGET_BOARD_TIMEOUT_NS INT64_C(100000000)
 
 static bool budget_has_map(const struct rig_axis *axis)
 {
@@ -30,39 +27,6 @@ struct modbus_rtu_line modbus_budget_line(const struct rig *rig, unsigned bus)
     return line;
 }
 
-static int64_t budget_transaction_ns(const struct modbus_rtu_time *time,
-                                     enum hal_modbus_function function,
-                                     uint16_t count)
-{
-    const struct hal_modbus_request request = { .unit = 1,
-                                                .function = (uint8_t)function,
-                                                .count = count };
-
-    return modbus_rtu_transaction_ns(time, &request);
-}
-
-/* Of an axis on a board: what it says; with the first one of the board what that
- * says, and a piece of a move between each two of these. */
-static int64_t budget_board_ns(const struct rig *rig, unsigned axis,
-                               const struct modbus_rtu_time *time,
-                               unsigned *transactions)
-{
-    const struct rig_axis *own = &rig->axis[axis];
-    const int64_t piece_ns =
-        budget_transaction_ns(time, HAL_MODBUS_WRITE_MANY, MCU_PIECE_MAX);
-    int64_t sum_ns =
-        budget_transaction_ns(time, HAL_MODBUS_READ, MCU_AXIS_WORDS) + piece_ns;
-
-    *transactions = 2;
-    for (unsigned i = 0; i < axis; i++)
-        if (rig->axis[i].bus == own->bus &&
-            rig->axis[i].node_id == own->node_id)
-            return sum_ns;
-    *transactions = 4;
-    return sum_ns + piece_ns +
-           budget_transaction_ns(time, HAL_MODBUS_READ, MCU_STATE_WORDS);
-}
-
 /* `streamed`: as if it were. */
 static int64_t budget_share_ns(const struct rig *rig, unsigned axis,
                                bool streamed, unsigned *transactions)
@@ -72,18 +36,13 @@ static int64_t budget_share_ns(const struct rig *rig, unsigned axis,
     const int64_t rts_ns =
         2 * rig->bus[rig->axis[axis].bus].modbus.rts_delay_ns;
     struct modbus_rtu_time time = { 0 };
-    int64_t share_ns;
 
     *transactions = 0;
     if (modbus_rtu_time_init(&time, &line) < 0)
         return 0;
-    share_ns =
-        budget_has_map(&rig->axis[axis])
-            ? modbus_map_cycle_ns(&rig->map[rig->axis[axis].map], &time,
-                                  streamed || !rig->axis[axis].point_to_point,
-                                  transactions)
-            : budget_board_ns(rig, axis, &time, transactions);
-    return share_ns + *transactions * rts_ns;
+    const int64_t turn_ns = rig_kinds[rig->axis[axis].kind]->turn_ns(
+        rig, axis, &time, streamed, transactions);
+    return turn_ns + *transactions * rts_ns;
 }
 
 int64_t modbus_budget_share_ns(const struct rig *rig, unsigned axis,
@@ -130,11 +89,10 @@ int64_t modbus_budget_timeout_ns(const struct rig *rig, unsigned bus)
 
     for (unsigned i = 0; i < rig->axis_count && longest_ns == 0; i++) {
         const struct rig_axis *axis = &rig->axis[i];
-        const int64_t own_ns = budget_has_map(axis)
-                                   ? rig->map[axis->map].timeout_ns
-                                   : BUDGET_BOARD_TIMEOUT_NS;
+        const int64_t own_ns =
+            axis->bus == bus ? rig_kinds[axis->kind]->answer_ns(rig, i) : 0;
 
-        if (axis->bus == bus && own_ns > longest_ns)
+        if (own_ns > longest_ns)
             longest_ns = own_ns;
     }
     return longest_ns;
@@ -225,7 +183,7 @@ bool modbus_budget_check(const struct rig *rig, const char *path,
     bool fits = true;
 
     for (unsigned i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].kind == RIG_MODBUS && !rig->axis[i].point_to_point &&
+        if (budget_has_map(&rig->axis[i]) && !rig->axis[i].point_to_point &&
             !modbus_stream_check(rig, i, path, messages))
             fits = false;
     return fits;

@@ -8,6 +8,9 @@
 struct modbus_device;
 
 struct machine_kind {
+    /* Of its driver, machine->drive[i], and of its simulated drive,
+     * sim->servo[i]: all zero at first.  0: sim_init takes its own. */
+    size_t drive_size, sim_size;
     /* Makes the driver of axis i of the rig, machine->axis[i].  Its errors. */
     int (*init)(struct machine *machine, unsigned i);
     /* Feedback older than this is stale; NULL: of more than a tick or two. */

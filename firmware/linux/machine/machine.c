@@ -211,7 +211,6 @@ static void machine_storage(struct machine *machine, const struct rig *rig)
     CAPACITY(bus, buses);
     CAPACITY(modbus, buses);
     CAPACITY(can, buses);
-    CAPACITY(drive, axes);
     CAPACITY(axis_config, axes);
     CAPACITY(axis_state, axes);
     CAPACITY(playback_axis, axes);
@@ -222,6 +221,10 @@ static void machine_storage(struct machine *machine, const struct rig *rig)
     machine->fieldbus =
         memory_pool_new(memory, buses + 1, sizeof(struct hal_fieldbus *));
     machine->axis = memory_pool_new(memory, axes, sizeof(struct hal_drive *));
+    machine->drive = memory_pool_new(memory, axes, sizeof(void *));
+    for (uint32_t i = 0; i < axes; i++)
+        machine->drive[i] = memory_pool_new(
+            memory, 1, machine_kinds[rig->axis[i].kind]->drive_size);
 }
 
 void machine_free(struct machine *machine)

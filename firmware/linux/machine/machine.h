@@ -15,12 +15,12 @@
 #include "firmware/control/playback.h"
 #include "firmware/control/trigger.h"
 #include "firmware/host/rig/rig.h"
-#include "firmware/linux/machine/drives.h"
 #include "firmware/linux/machine/guardian.h"
 #include "hal/can.h"
 #include "hal/can/bus.h"
 #include "hal/canopen/canopen.h"
 #include "hal/clock.h"
+#include "hal/drive/virtual/drive.h"
 #include "hal/gpio/debounce.h"
 
 /* The arrays belong to whoever made the ports. */
@@ -52,7 +52,7 @@ struct machine {
     struct canopen *bus;
     struct modbus_bus *modbus;
     struct can_bus *can;
-    union machine_drive *drive;
+    void **drive; /* of each axis the driver of its kind */
     struct drive_virtual_bus virtual_bus;
     struct hal_fieldbus **fieldbus; /* of the rig's buses, and virtual_bus */
     struct hal_drive **axis;

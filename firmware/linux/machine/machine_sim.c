@@ -150,7 +150,6 @@ static void machine_sim_storage(struct machine_sim *sim, const struct rig *rig)
     CAPACITY(modbus_line, rig->bus_count);
     CAPACITY(master, rig->bus_count);
     CAPACITY(seat, rig->bus_count);
-    CAPACITY(servo, rig->axis_count);
     CAPACITY(zero_q32, rig->axis_count);
     for (uint32_t i = 0; i < rig->axis_count && sim->mechanics == NULL; i++)
         if (rig->axis[i].sim.load.given)
@@ -160,6 +159,11 @@ static void machine_sim_storage(struct machine_sim *sim, const struct rig *rig)
     CAPACITY(pressed, rig->line_count);
     CAPACITY(stuck, rig->line_count);
 #undef CAPACITY
+    sim->servo = memory_pool_new(memory, rig->axis_count, sizeof(void *));
+    for (uint32_t i = 0; i < rig->axis_count; i++) {
+        const size_t size = machine_kinds[rig->axis[i].kind]->sim_size;
+        sim->servo[i] = size > 0 ? memory_pool_new(memory, 1, size) : NULL;
+    }
 }
 
 /* Lower and upper as counts, which fall where the axis is reversed. */

@@ -11,6 +11,8 @@
 #include "hal/modbus/master.h"
 #include "sim/bus/can.h"
 #include "sim/bus/gpio.h"
+#include "sim/device/modbus/servo.h"
+#include "sim/device/servo.h"
 #include "sim/physics/mechanics.h"
 #include "sim/physics/payload.h"
 #include "sim/world.h"
@@ -20,7 +22,7 @@ struct machine_sim {
     struct sim_world world;
     struct sim_can_bus *wire;
     struct sim_can_port *port; /* of the master */
-    union machine_sim_drive *servo;
+    void **servo; /* of each axis the simulated drive of its kind */
     /* on Modbus */
     struct sim_modbus_line *modbus_line;
     struct modbus_master *master;

@@ -32,9 +32,8 @@ int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
 struct sim_modbus_servo *machine_sim_modbus_servo(const struct machine_sim *sim,
                                                   unsigned i)
 {
-    return sim->served != NULL && sim->served[i] != NULL
-               ? sim->served[i]
-               : &sim->servo[i].modbus;
+    return sim->served != NULL && sim->served[i] != NULL ? sim->served[i]
+                                                         : sim->servo[i];
 }
 
 const struct sim_modbus_maker *machine_sim_maker(const struct rig *rig,

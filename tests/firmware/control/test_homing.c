@@ -7,7 +7,9 @@
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "motion/core/fixed.h"
+#include "sim/device/cia402/servo.h"
 #include "tests/support/check.h"
+#include "tests/support/kind/drives.h"
 
 #define MS   INT64_C(1000000)
 #define UNIT MOTION_FIXED_ONE_Q32
@@ -223,7 +225,7 @@ static void a_drive_that_was_lost_is_unhomed(void **state)
     (void)state;
     power_on(250);
     expect_homed(1u << SLIDE);
-    sim_cia402_inject(&sim.servo[SLIDE].cia402, SIM_CIA402_REBOOT);
+    sim_cia402_inject(SERVO_OF(sim_cia402, &sim, SLIDE), SIM_CIA402_REBOOT);
     for (int i = 0; machine.controller.state != CONTROLLER_FAULT; i++) {
         assert_true(i < 1000);
         tick();
@@ -319,13 +321,15 @@ static void break_it(int displacement)
         sim_gpio_drive(&sim.line[STOP], SIM_GPIO_HIGH);
         break;
     case BY_DRIVE:
-        sim_cia402_inject(&sim.servo[SLIDE].cia402, SIM_CIA402_OVERCURRENT);
+        sim_cia402_inject(SERVO_OF(sim_cia402, &sim, SLIDE),
+                          SIM_CIA402_OVERCURRENT);
         break;
     case BY_SILENCE:
-        sim_cia402_inject(&sim.servo[SLIDE].cia402, SIM_CIA402_SILENT);
+        sim_cia402_inject(SERVO_OF(sim_cia402, &sim, SLIDE), SIM_CIA402_SILENT);
         break;
     case BY_ROTOR:
-        sim_cia402_inject(&sim.servo[SLIDE].cia402, SIM_CIA402_BLOCKED);
+        sim_cia402_inject(SERVO_OF(sim_cia402, &sim, SLIDE),
+                          SIM_CIA402_BLOCKED);
         break;
     default:
         controller_stop(&machine.controller);
@@ -465,7 +469,8 @@ static void a_fault_while_the_drive_homes(void **state)
         if (displacement == 0)
             sim_gpio_drive(&sim.line[STOP], SIM_GPIO_HIGH);
         else if (displacement == 1)
-            sim_cia402_inject(&sim.servo[PAN].cia402, SIM_CIA402_OVERCURRENT);
+            sim_cia402_inject(SERVO_OF(sim_cia402, &sim, PAN),
+                              SIM_CIA402_OVERCURRENT);
         else
             controller_stop(&machine.controller);
         for (int i = 0; homing_is_running(&machine.homing); i++) {

@@ -1,5 +1,6 @@
 /* tests/support/kind/kind.c - see kind.h. */
 #include "tests/support/kind/kind.h"
+#include "hal/drive/turn/drive.h"
 
 #define KIND_ROW(NAME, name, word) [RIG_##NAME] = &kind_test_##name,
 const struct kind_test *const kind_tests[] = { RIG_KIND_LIST(KIND_ROW) };

@@ -36,8 +36,8 @@ struct kind_turn {
 
 struct kind_test {
     /* Of the servo itself, and of nothing that slew believes. */
-    bool (*has_torque)(const union machine_sim_drive *servo);
-    void (*trouble)(union machine_sim_drive *servo, enum kind_trouble trouble);
+    bool (*has_torque)(const void *servo);
+    void (*trouble)(void *servo, enum kind_trouble trouble);
     const struct kind_turn *turn; /* NULL: it does not count turns */
 };
 

@@ -181,6 +181,21 @@ static const char *modbus_unsupervised(const struct rig *rig,
                : NULL;
 }
 
+static int64_t modbus_turn_ns(const struct rig *rig, unsigned i,
+                              const struct modbus_rtu_time *time, bool streamed,
+                              unsigned *transactions)
+{
+    const struct rig_axis *axis = &rig->axis[i];
+
+    return modbus_map_cycle_ns(&rig->map[axis->map], time,
+                               streamed || !axis->point_to_point, transactions);
+}
+
+static int64_t modbus_answer_ns(const struct rig *rig, unsigned i)
+{
+    return rig->map[rig->axis[i].map].timeout_ns;
+}
+
 const struct rig_kind rig_kind_modbus = {
     .code_max = UINT16_MAX,
     .is_for = modbus_is_for,
@@ -189,4 +204,6 @@ const struct rig_kind rig_kind_modbus = {
     .judge_homing = modbus_judge_homing,
     .unsupervised = modbus_unsupervised,
     .has_map = true,
+    .turn_ns = modbus_turn_ns,
+    .answer_ns = modbus_answer_ns,
 };

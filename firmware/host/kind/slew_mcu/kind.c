@@ -4,9 +4,10 @@
 
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/host/rig/rig_parts.h"
-#include "hal/mcu/registers.h"
+#include "hal/mcu/piece.h"
 
-#define BOARD_WATCH_NS (1000 * RIG_MS)
+#define BOARD_WATCH_NS  (1000 * RIG_MS)
+#define BOARD_ANSWER_NS (100 * RIG_MS)
 /* Questions that a watch has to outlast. */
 #define BOARD_WATCH_CYCLES 3
 
@@ -230,6 +231,49 @@ static const char *slew_mcu_unsupervised(const struct rig *rig,
                : NULL;
 }
 
+/* --- its share of the line --- */
+
+static int64_t board_transaction_ns(const struct modbus_rtu_time *time,
+                                    enum hal_modbus_function function,
+                                    uint16_t count)
+{
+    const struct hal_modbus_request request = { .unit = 1,
+                                                .function = (uint8_t)function,
+                                                .count = count };
+
+    return modbus_rtu_transaction_ns(time, &request);
+}
+
+/* What the axis says; with the first one of the board what that says, and a piece
+ * of a move between each two of these. */
+static int64_t slew_mcu_turn_ns(const struct rig *rig, unsigned axis,
+                                const struct modbus_rtu_time *time,
+                                bool streamed, unsigned *transactions)
+{
+    const struct rig_axis *own = &rig->axis[axis];
+    const int64_t piece_ns =
+        board_transaction_ns(time, HAL_MODBUS_WRITE_MANY, MCU_PIECE_MAX);
+    int64_t sum_ns =
+        board_transaction_ns(time, HAL_MODBUS_READ, MCU_AXIS_WORDS) + piece_ns;
+
+    (void)streamed;
+    *transactions = 2;
+    for (unsigned i = 0; i < axis; i++)
+        if (rig->axis[i].bus == own->bus &&
+            rig->axis[i].node_id == own->node_id)
+            return sum_ns;
+    *transactions = 4;
+    return sum_ns + piece_ns +
+           board_transaction_ns(time, HAL_MODBUS_READ, MCU_STATE_WORDS);
+}
+
+static int64_t slew_mcu_answer_ns(const struct rig *rig, unsigned i)
+{
+    (void)rig;
+    (void)i;
+    return BOARD_ANSWER_NS;
+}
+
 const struct rig_kind rig_kind_slew_mcu = {
     .code_max = UINT16_MAX,
     .is_for = slew_mcu_is_for,
@@ -239,4 +283,6 @@ const struct rig_kind rig_kind_slew_mcu = {
     .judge_rig = slew_mcu_judge_rig,
     .cannot_home = "a board, whose axes stand where their servos say",
     .samples = true,
+    .turn_ns = slew_mcu_turn_ns,
+    .answer_ns = slew_mcu_answer_ns,
 };

@@ -15,6 +15,7 @@
 #include "firmware/linux/commands/ports/sim_export.h"
 #include "firmware/linux/commands/ports/sim_fit.h"
 #include "firmware/linux/machine/sim_live.h"
+#include "sim/device/cia402/servo.h"
 #include "sim/device/modbus/makers.h"
 
 static volatile sig_atomic_t cmd_sim_ended;

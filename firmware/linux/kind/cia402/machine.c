@@ -3,9 +3,11 @@
 #include "firmware/linux/kind/cia402/machine.h"
 
 #include "firmware/host/base/array.h"
+#include "hal/drive/cia402/drive.h"
 #include "hal/support/ratio.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "sim/device/cia402/servo.h"
 
 #define CIA402_RETRY_NS INT64_C(1000000000)
 #define CIA402_BOOT_NS  INT64_C(5000000000)
@@ -107,9 +109,9 @@ static int cia402_init(struct machine *machine, unsigned i)
     cia402_put_limits(&config, axis);
     cia402_put_own(&config, &axis->cia402);
     cia402_put_quirks(&config, rig, &axis->cia402);
-    machine->axis[i] = &machine->drive[i].cia402.drive;
-    return drive_cia402_init(&machine->drive[i].cia402,
-                             &machine->bus[axis->bus], &config);
+    struct drive_cia402 *drive = machine->drive[i];
+    machine->axis[i] = &drive->drive;
+    return drive_cia402_init(drive, &machine->bus[axis->bus], &config);
 }
 
 /* Three tries of an SDO, five states for a mode. */
@@ -150,10 +152,12 @@ static int64_t cia402_patience_ns(const struct rig *rig,
 
 static uint16_t cia402_statusword(const struct machine *machine, unsigned i)
 {
-    return machine->drive[i].cia402.statusword;
+    return ((const struct drive_cia402 *)machine->drive[i])->statusword;
 }
 
 const struct machine_kind machine_kind_cia402 = {
+    .drive_size = sizeof(struct drive_cia402),
+    .sim_size = sizeof(struct sim_cia402),
     .init = cia402_init,
     .patience_ns = cia402_patience_ns,
     .statusword = cia402_statusword,

@@ -2,6 +2,7 @@
  * firmware/linux/machine/kind.h. */
 #include "firmware/linux/kind/cia402/machine.h"
 #include "motion/core/err.h"
+#include "sim/device/cia402/servo.h"
 
 #define SIM_BRAKE_NS INT64_C(80000000) /* its brake lets go */
 #define SIM_BOOT_NS  INT64_C(150000000)
@@ -69,7 +70,7 @@ static struct sim_cia402 *cia402_first(struct machine_sim *sim,
     while (rig->axis[i].bus != axis->bus ||
            rig->axis[i].node_id != axis->node_id)
         i++;
-    return &rig->axis[i] == axis ? NULL : &sim->servo[i].cia402;
+    return &rig->axis[i] == axis ? NULL : sim->servo[i];
 }
 
 static void cia402_sim_quirks(const struct rig_sim_quirks *from,
@@ -110,16 +111,15 @@ int cia402_sim_init(struct machine_sim *sim, const struct rig *rig, unsigned i)
         err = cia402_rail(rig, i, &config.rail);
     if (err < 0)
         return err;
-    return sim_cia402_init(&sim->servo[i].cia402, &sim->wire[axis->bus],
-                           &config);
+    return sim_cia402_init(sim->servo[i], &sim->wire[axis->bus], &config);
 }
 
 struct sim_servo *cia402_sim_servo(struct machine_sim *sim, unsigned i)
 {
-    return &sim->servo[i].cia402.base;
+    return &((struct sim_cia402 *)sim->servo[i])->base;
 }
 
 int64_t cia402_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 {
-    return sim_servo_pos_q24(&sim->servo[i].cia402.base);
+    return sim_servo_pos_q24(&((const struct sim_cia402 *)sim->servo[i])->base);
 }

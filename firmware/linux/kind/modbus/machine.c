@@ -3,6 +3,8 @@
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/host/rig/modbus_stream.h"
 #include "firmware/linux/machine/kind.h"
+#include "hal/drive/modbus/drive.h"
+#include "sim/device/modbus/servo.h"
 
 static int modbus_init(struct machine *machine, unsigned i)
 {
@@ -11,9 +13,9 @@ static int modbus_init(struct machine *machine, unsigned i)
     struct drive_modbus_config config;
 
     modbus_stream_config(rig, i, &config);
-    machine->axis[i] = &machine->drive[i].modbus.drive;
-    return drive_modbus_init(&machine->drive[i].modbus, &machine->modbus[bus],
-                             &config);
+    struct drive_modbus *drive = machine->drive[i];
+    machine->axis[i] = &drive->drive;
+    return drive_modbus_init(drive, &machine->modbus[bus], &config);
 }
 
 static int64_t modbus_age_ns(const struct rig *rig, const struct rig_axis *axis)
@@ -29,7 +31,7 @@ static int modbus_sim_init(struct machine_sim *sim, const struct rig *rig,
 
     if (err < 0)
         return err;
-    return sim_modbus_servo_init(&sim->servo[i].modbus, &sim->world,
+    return sim_modbus_servo_init(sim->servo[i], &sim->world,
                                  &sim->modbus_line[rig->axis[i].bus], &config);
 }
 
@@ -40,6 +42,8 @@ static int64_t modbus_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 }
 
 const struct machine_kind machine_kind_modbus = {
+    .drive_size = sizeof(struct drive_modbus),
+    .sim_size = sizeof(struct sim_modbus_servo),
     .init = modbus_init,
     .age_ns = modbus_age_ns,
     .sim_init = modbus_sim_init,

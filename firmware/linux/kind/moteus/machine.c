@@ -1,7 +1,9 @@
 /* firmware/linux/kind/moteus/machine.c - driver and simulated drive of a moteus
  * axis: see firmware/linux/machine/kind.h. */
 #include "firmware/linux/kind/turn/machine.h"
+#include "hal/drive/moteus/drive.h"
 #include "motion/core/err.h"
+#include "sim/device/moteus/servo.h"
 
 _Static_assert(SIM_MOTEUS_COUNTS == RIG_TURN_COUNTS,
                "one turn is the same number of counts everywhere");
@@ -18,9 +20,9 @@ static int moteus_init(struct machine *machine, unsigned i)
         .turn = turn_config(machine, i),
     };
 
-    machine->axis[i] = &machine->drive[i].moteus.turn.drive;
-    return drive_moteus_init(&machine->drive[i].moteus,
-                             &machine->can[axis->bus], &config);
+    struct drive_moteus *drive = machine->drive[i];
+    machine->axis[i] = &drive->turn.drive;
+    return drive_moteus_init(drive, &machine->can[axis->bus], &config);
 }
 static int moteus_sim_init(struct machine_sim *sim, const struct rig *rig,
                            unsigned i)
@@ -33,21 +35,22 @@ static int moteus_sim_init(struct machine_sim *sim, const struct rig *rig,
 
     if (err < 0)
         return err;
-    return sim_moteus_init(&sim->servo[i].moteus, &sim->wire[axis->bus],
-                           &config);
+    return sim_moteus_init(sim->servo[i], &sim->wire[axis->bus], &config);
 }
 
 static struct sim_servo *moteus_sim_servo(struct machine_sim *sim, unsigned i)
 {
-    return &sim->servo[i].moteus.base;
+    return &((struct sim_moteus *)sim->servo[i])->base;
 }
 
 static int64_t moteus_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 {
-    return sim_servo_pos_q24(&sim->servo[i].moteus.base);
+    return sim_servo_pos_q24(&((const struct sim_moteus *)sim->servo[i])->base);
 }
 
 const struct machine_kind machine_kind_moteus = {
+    .drive_size = sizeof(struct drive_moteus),
+    .sim_size = sizeof(struct sim_moteus),
     .init = moteus_init,
     .sim_init = moteus_sim_init,
     .sim_servo = moteus_sim_servo,

@@ -1,7 +1,9 @@
 /* firmware/linux/kind/odrive/machine.c - driver and simulated drive of an ODrive
  * axis: see firmware/linux/machine/kind.h. */
 #include "firmware/linux/kind/turn/machine.h"
+#include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
+#include "sim/device/odrive/servo.h"
 
 _Static_assert(SIM_ODRIVE_COUNTS == RIG_TURN_COUNTS,
                "one turn is the same number of counts everywhere");
@@ -18,9 +20,9 @@ static int odrive_init(struct machine *machine, unsigned i)
         .watchdog_ns = machine->rig->watchdog_ns,
     };
 
-    machine->axis[i] = &machine->drive[i].odrive.turn.drive;
-    return drive_odrive_init(&machine->drive[i].odrive,
-                             &machine->can[axis->bus], &config);
+    struct drive_odrive *drive = machine->drive[i];
+    machine->axis[i] = &drive->turn.drive;
+    return drive_odrive_init(drive, &machine->can[axis->bus], &config);
 }
 
 /* With endpoints it is one with firmware 0.6. */
@@ -44,21 +46,22 @@ static int odrive_sim_init(struct machine_sim *sim, const struct rig *rig,
             machine_sim_place(axis, axis->homing.pos_q32, &config.home_counts);
     if (err < 0)
         return err;
-    return sim_odrive_init(&sim->servo[i].odrive, &sim->wire[axis->bus],
-                           &config);
+    return sim_odrive_init(sim->servo[i], &sim->wire[axis->bus], &config);
 }
 
 static struct sim_servo *odrive_sim_servo(struct machine_sim *sim, unsigned i)
 {
-    return &sim->servo[i].odrive.base;
+    return &((struct sim_odrive *)sim->servo[i])->base;
 }
 
 static int64_t odrive_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 {
-    return sim_servo_pos_q24(&sim->servo[i].odrive.base);
+    return sim_servo_pos_q24(&((const struct sim_odrive *)sim->servo[i])->base);
 }
 
 const struct machine_kind machine_kind_odrive = {
+    .drive_size = sizeof(struct drive_odrive),
+    .sim_size = sizeof(struct sim_odrive),
     .init = odrive_init,
     .sim_init = odrive_sim_init,
     .sim_servo = odrive_sim_servo,

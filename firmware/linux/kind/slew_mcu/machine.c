@@ -6,6 +6,7 @@
 #include "firmware/linux/kind/slew_mcu/board_sim.h"
 #include "firmware/linux/machine/kind.h"
 #include "firmware/linux/machine/modbus_device.h"
+#include "hal/drive/slew_mcu/drive.h"
 #include "hal/support/container_of.h"
 #include "motion/core/fixed.h"
 
@@ -141,10 +142,11 @@ static int slew_mcu_init(struct machine *machine, unsigned i)
 
     if (axis->servo != 0)
         config.servo = board_take_servo(machine, i, &config.map);
-    machine->axis[i] = &machine->drive[i].slew_mcu.drive;
-    return drive_slew_mcu_init(
-        &machine->drive[i].slew_mcu, &machine->modbus[axis->bus],
-        first == i ? NULL : &machine->drive[first].slew_mcu, &config);
+    struct drive_slew_mcu *drive = machine->drive[i];
+    machine->axis[i] = &drive->drive;
+    return drive_slew_mcu_init(drive, &machine->modbus[axis->bus],
+                               first == i ? NULL : machine->drive[first],
+                               &config);
 }
 
 static int64_t slew_mcu_age_ns(const struct rig *rig,
@@ -187,7 +189,7 @@ static int slew_mcu_sim_init(struct machine_sim *sim, const struct rig *rig,
     const struct rig_axis *axis = &rig->axis[i];
     const struct modbus_rtu_line line = modbus_budget_line(rig, axis->bus);
     const unsigned first = board_first(rig, i);
-    struct board_sim *board = sim->servo[first].slew_mcu;
+    struct board_sim *board = sim->servo[first];
     int err = MOTION_OK;
 
     if (board == NULL) {
@@ -195,7 +197,7 @@ static int slew_mcu_sim_init(struct machine_sim *sim, const struct rig *rig,
         err = board_sim_init(board, &sim->world, &sim->modbus_line[axis->bus],
                              axis->node_id, &line);
     }
-    sim->servo[i].slew_mcu = board;
+    sim->servo[i] = board;
     return err < 0 ? err : board_sim_axis(board, rig, i);
 }
 
@@ -203,7 +205,7 @@ static int64_t slew_mcu_sim_counts_q24(const struct machine_sim *sim,
                                        unsigned i)
 {
     const struct rig_axis *axis = &sim->rig->axis[i];
-    const struct board_sim *board = sim->servo[i].slew_mcu;
+    const struct board_sim *board = sim->servo[i];
     int64_t counts_q24 = 0;
 
     if (board->unit.axis_count > axis->node_axis)
@@ -236,6 +238,7 @@ static int slew_mcu_serve(struct modbus_device *device, const struct rig *rig,
 }
 
 const struct machine_kind machine_kind_slew_mcu = {
+    .drive_size = sizeof(struct drive_slew_mcu),
     .init = slew_mcu_init,
     .age_ns = slew_mcu_age_ns,
     .patience_ns = slew_mcu_patience_ns,

@@ -6,8 +6,10 @@
 
 static int virtual_init(struct machine *machine, unsigned i)
 {
-    machine->axis[i] = &machine->drive[i].virtual_axis.drive;
-    drive_virtual_init(&machine->drive[i].virtual_axis, &machine->virtual_bus,
+    struct drive_virtual *drive = machine->drive[i];
+
+    machine->axis[i] = &drive->drive;
+    drive_virtual_init(drive, &machine->virtual_bus,
                        machine->rig->axis[i].sim.start_q32);
     return MOTION_OK;
 }
@@ -22,6 +24,7 @@ static int virtual_sim_init(struct machine_sim *sim, const struct rig *rig,
 }
 
 const struct machine_kind machine_kind_virtual = {
+    .drive_size = sizeof(struct drive_virtual),
     .init = virtual_init,
     .sim_init = virtual_sim_init,
 };

@@ -2,6 +2,9 @@
  * key by themselves: their plan, the controller on the simulated servos of
  * examples/turntable, and what the program says. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "hal/drive/modbus/drive.h"
+#include "sim/device/modbus/servo.h"
+#include "tests/support/kind/drives.h"
 #include "tests/support/run_slew.h"
 
 #include <cjson/cJSON.h>
@@ -138,7 +141,9 @@ static void until(enum controller_state state)
 
 static double table_is_at(void)
 {
-    return (double)sim_modbus_servo_counts(&sim.servo[TABLE].modbus) / COUNTS;
+    return (double)sim_modbus_servo_counts(
+               SERVO_OF(sim_modbus_servo, &sim, TABLE)) /
+           COUNTS;
 }
 
 static int setup(void **state)
@@ -213,8 +218,8 @@ static void each_key_is_reached_by_a_motion_of_its_own(void **state)
     }
     assert_int_equal(machine.controller.state, CONTROLLER_READY);
     assert_int_equal(reached, 3);
-    assert_int_equal(sim.servo[TABLE].modbus.targets, 3);
-    assert_int_equal(machine.drive[TABLE].modbus.streams, 0);
+    assert_int_equal(SERVO_OF(sim_modbus_servo, &sim, TABLE)->targets, 3);
+    assert_int_equal(DRIVER_OF(drive_modbus, &machine, TABLE)->streams, 0);
     assert_true(fabs(table_is_at() - 270) < 0.01);
 }
 
@@ -234,7 +239,7 @@ static void hold_halts_the_drive_and_resume_sends_it_on(void **state)
     assert_int_equal(controller_resume(&machine.controller), 0);
     until(CONTROLLER_READY);
     assert_true(fabs(table_is_at() - 270) < 0.01);
-    assert_int_equal(sim.servo[TABLE].modbus.targets, 4);
+    assert_int_equal(SERVO_OF(sim_modbus_servo, &sim, TABLE)->targets, 4);
 }
 
 /* The axis is where it is, and the next motion goes on from there. */
@@ -294,7 +299,8 @@ static void a_drive_that_does_not_come_in_time_is_a_fault(void **state)
     start();
     const int64_t since_ns = now_ns;
     run_ms(500);
-    sim_modbus_servo_inject(&sim.servo[TABLE].modbus, SIM_MODBUS_SERVO_BLOCKED);
+    sim_modbus_servo_inject(SERVO_OF(sim_modbus_servo, &sim, TABLE),
+                            SIM_MODBUS_SERVO_BLOCKED);
     until(CONTROLLER_FAULT);
     const struct controller_fault_record *fault = &machine.controller.fault;
     assert_int_equal(fault->fault, CONTROLLER_FAULT_ARRIVAL);
@@ -302,8 +308,8 @@ static void a_drive_that_does_not_come_in_time_is_a_fault(void **state)
     assert_in_range(fault->t_ns - since_ns, 2400 * MS, 2550 * MS);
     assert_true(units(fault->value) > 50 && units(fault->value) < 90);
     run_ms(500);
-    assert_false(sim.servo[TABLE].modbus.enabled);
-    assert_false(sim.servo[LIFT].modbus.enabled);
+    assert_false(SERVO_OF(sim_modbus_servo, &sim, TABLE)->enabled);
+    assert_false(SERVO_OF(sim_modbus_servo, &sim, LIFT)->enabled);
 }
 
 /* By the stop sequences of the drives' maps: the other axis loses its torque
@@ -314,7 +320,8 @@ static void a_fault_elsewhere_stops_the_way_by_the_drive(void **state)
     start();
     run_ms(800);
     const double before = table_is_at();
-    sim_modbus_servo_inject(&sim.servo[LIFT].modbus, SIM_MODBUS_SERVO_ALARM);
+    sim_modbus_servo_inject(SERVO_OF(sim_modbus_servo, &sim, LIFT),
+                            SIM_MODBUS_SERVO_ALARM);
     until(CONTROLLER_FAULT);
     assert_int_equal(machine.controller.fault.axis, LIFT);
     assert_int_equal(machine.controller.reaction, CONTROLLER_REACT_QUICK);
@@ -322,7 +329,7 @@ static void a_fault_elsewhere_stops_the_way_by_the_drive(void **state)
     assert_true(stood > before && stood < 80);
     run_ms(1000);
     assert_true(fabs(table_is_at() - stood) < 0.1);
-    assert_false(sim.servo[TABLE].modbus.enabled);
+    assert_false(SERVO_OF(sim_modbus_servo, &sim, TABLE)->enabled);
 }
 
 /* Half the speed, a quarter of the ramps: in the drive's own registers. */
@@ -341,8 +348,8 @@ static void the_override_is_in_what_the_drive_is_told(void **state)
                          0);
         start();
         run_ms(500);
-        speed_q16[i] = sim.servo[TABLE].modbus.speed_q16;
-        acc[i] = sim.servo[TABLE].modbus.acc;
+        speed_q16[i] = SERVO_OF(sim_modbus_servo, &sim, TABLE)->speed_q16;
+        acc[i] = SERVO_OF(sim_modbus_servo, &sim, TABLE)->acc;
     }
     assert_true(fabs(2.0 * (double)speed_q16[1] / (double)speed_q16[0] - 1) <
                 0.01);

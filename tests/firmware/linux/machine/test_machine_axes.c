@@ -7,8 +7,11 @@
 
 #include "firmware/host/job/budget.h"
 #include "firmware/linux/base/disk.h"
+#include "hal/drive/cia402/drive.h"
 #include "motion/core/fixed.h"
+#include "sim/device/cia402/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 #include "tests/support/run_slew.h"
 
 /* Of tests/data/axes, in the order of the file. */
@@ -46,8 +49,9 @@ static void get_ready(void)
 /* Counts from where it should be; 1000 per mm. */
 static int64_t off_by(unsigned i, int64_t pos_q32)
 {
-    const int64_t at = (sim_servo_pos_q24(&sim.servo[i].cia402.base) >> 24) *
-                       (i == SECOND ? -1 : 1);
+    const int64_t at =
+        (sim_servo_pos_q24(&SERVO_OF(sim_cia402, &sim, i)->base) >> 24) *
+        (i == SECOND ? -1 : 1);
     int64_t want = 0;
 
     motion_fixed_muldiv(pos_q32, 1000, MOTION_FIXED_ONE_Q32, &want);
@@ -91,8 +95,8 @@ static void every_axis_follows_the_move(void **state)
 {
     (void)state;
     get_ready();
-    assert_int_equal(sim.servo[SECOND].cia402.mode, 9);
-    assert_int_equal(sim.servo[EIGHTH].cia402.mode, 8);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, SECOND)->mode, 9);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, EIGHTH)->mode, 8);
     follow();
     assert_int_equal(machine.bus[0].stats.foreign_master, 0);
     assert_int_equal(machine.bus[0].stats.malformed, 0);
@@ -106,12 +110,13 @@ static void a_fault_of_one_axis_stops_all(void **state)
         get_ready();
         start();
         ticks(350);
-        sim_cia402_inject(&sim.servo[i].cia402, SIM_CIA402_OVERCURRENT);
+        sim_cia402_inject(SERVO_OF(sim_cia402, &sim, i),
+                          SIM_CIA402_OVERCURRENT);
         until(CONTROLLER_FAULT);
         ticks(2000);
         assert_false(any_torque());
         for (unsigned k = 0; k < AXES; k++)
-            assert_int_equal(machine.drive[k].cia402.fault_code,
+            assert_int_equal(DRIVER_OF(drive_cia402, &machine, k)->fault_code,
                              k == i ? 0x2310 : 0);
         assert_int_equal(controller_reset(&machine.controller), MOTION_OK);
         until(CONTROLLER_OFF);
@@ -127,19 +132,21 @@ static void after_a_restart_every_axis_is_set_up_anew(void **state)
     get_ready();
     start();
     ticks(350);
-    sim_cia402_inject(&sim.servo[EIGHTH].cia402, SIM_CIA402_REBOOT);
+    sim_cia402_inject(SERVO_OF(sim_cia402, &sim, EIGHTH), SIM_CIA402_REBOOT);
     until(CONTROLLER_FAULT);
     ticks(3000);
     for (unsigned i = 0; i < BESIDE; i++)
-        assert_int_equal(sim.servo[i].cia402.controlword & 0x8, 0);
-    assert_int_equal(machine.drive[FIRST].cia402.phase, DRIVE_CIA402_LOST);
-    assert_int_equal(machine.drive[BESIDE].cia402.phase, DRIVE_CIA402_RUN);
+        assert_int_equal(SERVO_OF(sim_cia402, &sim, i)->controlword & 0x8, 0);
+    assert_int_equal(DRIVER_OF(drive_cia402, &machine, FIRST)->phase,
+                     DRIVE_CIA402_LOST);
+    assert_int_equal(DRIVER_OF(drive_cia402, &machine, BESIDE)->phase,
+                     DRIVE_CIA402_RUN);
     assert_int_equal(controller_reset(&machine.controller), MOTION_OK);
     until(CONTROLLER_OFF);
     ticks(100);
     assert_false(any_torque());
     get_ready();
-    assert_int_equal(sim.servo[SECOND].cia402.mode, 9);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, SECOND)->mode, 9);
 }
 
 static void without_us_every_axis_stops(void **state)
@@ -150,7 +157,8 @@ static void without_us_every_axis_stops(void **state)
     ticks(350);
     sim_world_run(&sim.world, sim.world.now_ns + 2000 * INT64_C(1000000));
     for (unsigned i = 0; i < AXES; i++)
-        assert_int_equal(sim.servo[i].cia402.motion, 0); /* no torque */
+        assert_int_equal(SERVO_OF(sim_cia402, &sim, i)->motion,
+                         0); /* no torque */
 }
 
 static unsigned count_of(const struct budget *budget, const char *what)

@@ -3,8 +3,11 @@
 #include <string.h>
 
 #include "firmware/host/job/budget.h"
+#include "hal/drive/cia402/drive.h"
 #include "motion/core/fixed.h"
+#include "sim/device/cia402/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 
 #define MS INT64_C(1000000)
 
@@ -38,8 +41,9 @@ static void get_ready(void)
 /* In counts; every axis has 1000 per mm. */
 static int64_t off_by(unsigned i, int64_t pos_q32)
 {
-    const int64_t at = (sim_servo_pos_q24(&sim.servo[i].cia402.base) >> 24) *
-                       (i == IP ? -1 : 1);
+    const int64_t at =
+        (sim_servo_pos_q24(&SERVO_OF(sim_cia402, &sim, i)->base) >> 24) *
+        (i == IP ? -1 : 1);
     int64_t want = 0;
     motion_fixed_muldiv(pos_q32, 1000, MOTION_FIXED_ONE_Q32, &want);
     return at > want ? at - want : want - at;
@@ -53,9 +57,9 @@ static void every_mode_follows_the_move(void **state)
     for (unsigned i = 0; i < AXES; i++)
         track[i] = &job.track[i];
     get_ready();
-    assert_int_equal(sim.servo[CSP].cia402.mode, 8);
-    assert_int_equal(sim.servo[IP].cia402.mode, 7);
-    assert_int_equal(sim.servo[CSV].cia402.mode, 9);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, CSP)->mode, 8);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, IP)->mode, 7);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, CSV)->mode, 9);
     assert_int_equal(controller_start(&machine.controller, track, NULL),
                      MOTION_OK);
     while (machine.controller.state == CONTROLLER_MOVING) {
@@ -65,8 +69,8 @@ static void every_mode_follows_the_move(void **state)
                 fail_msg("axis %u is off", i);
         if (machine.controller.axis[CSP].target.acc_q32 > acc_q32)
             acc_q32 = machine.controller.axis[CSP].target.acc_q32;
-        if (sim.servo[CSP].cia402.base.plant.push_q8 > pushed)
-            pushed = sim.servo[CSP].cia402.base.plant.push_q8;
+        if (SERVO_OF(sim_cia402, &sim, CSP)->base.plant.push_q8 > pushed)
+            pushed = SERVO_OF(sim_cia402, &sim, CSP)->base.plant.push_q8;
     }
     for (unsigned i = 0; i < 500; i++)
         tick();
@@ -81,7 +85,7 @@ static void every_mode_follows_the_move(void **state)
 
 static uint32_t object(unsigned axis, uint16_t index, uint8_t sub)
 {
-    struct canopen_node *node = &machine.drive[axis].cia402.node;
+    struct canopen_node *node = &DRIVER_OF(drive_cia402, &machine, axis)->node;
     uint32_t value = 0;
     for (unsigned i = 0; i < 100; i++) {
         if (canopen_sdo_take(node, &value, NULL) == MOTION_OK)
@@ -109,27 +113,39 @@ static void the_drive_has_what_the_file_says(void **state)
     assert_int_equal((int32_t)object(IP, 0x607D, 2), 1001);
     assert_int_equal(object(IP, 0x100C, 0), 30);
     assert_int_equal(object(IP, 0x100D, 0), 3);
-    assert_int_equal(machine.drive[CSV].cia402.config.gain_q16 >> 16,
+    assert_int_equal(DRIVER_OF(drive_cia402, &machine, CSV)->config.gain_q16 >>
+                         16,
                      31); /* 2 pi 5 */
-    assert_int_equal(machine.drive[CSV].cia402.config.acc_den, 1000);
-    assert_int_equal(canopen_sdo_timeout_ns(&machine.drive[IP].cia402.node),
-                     700 * MS);
-    assert_int_equal(machine.drive[IP].cia402.config.state_timeout_ns,
-                     2000 * MS);
-    assert_int_equal(machine.drive[IP].cia402.config.brake_timeout_ns,
-                     6000 * MS);
-    assert_int_equal(machine.drive[IP].cia402.config.precharge_timeout_ns,
-                     9000 * MS);
-    assert_true(machine.drive[IP].cia402.config.unsupervised);
-    assert_false(machine.drive[CSP].cia402.config.unsupervised);
-    assert_int_equal(canopen_sdo_timeout_ns(&machine.drive[CSP].cia402.node),
-                     200 * MS);
+    assert_int_equal(DRIVER_OF(drive_cia402, &machine, CSV)->config.acc_den,
+                     1000);
+    assert_int_equal(
+        canopen_sdo_timeout_ns(&DRIVER_OF(drive_cia402, &machine, IP)->node),
+        700 * MS);
+    assert_int_equal(
+        DRIVER_OF(drive_cia402, &machine, IP)->config.state_timeout_ns,
+        2000 * MS);
+    assert_int_equal(
+        DRIVER_OF(drive_cia402, &machine, IP)->config.brake_timeout_ns,
+        6000 * MS);
+    assert_int_equal(
+        DRIVER_OF(drive_cia402, &machine, IP)->config.precharge_timeout_ns,
+        9000 * MS);
+    assert_true(DRIVER_OF(drive_cia402, &machine, IP)->config.unsupervised);
+    assert_false(DRIVER_OF(drive_cia402, &machine, CSP)->config.unsupervised);
+    assert_int_equal(
+        canopen_sdo_timeout_ns(&DRIVER_OF(drive_cia402, &machine, CSP)->node),
+        200 * MS);
     assert_int_equal(machine.controller.config.enable_timeout_ns, 13000 * MS);
-    assert_int_equal(sim.servo[CSP].cia402.config.rail.limit_negative, -5000);
-    assert_int_equal(sim.servo[CSP].cia402.config.rail.home_to, 12000);
-    assert_int_equal(sim.servo[CSP].cia402.config.rail.index_every, 5000);
-    assert_int_equal(sim.servo[IP].cia402.config.rail.limit_negative, -105000);
-    assert_int_equal(sim.servo[IP].cia402.config.rail.limit_positive, 5000);
+    assert_int_equal(
+        SERVO_OF(sim_cia402, &sim, CSP)->config.rail.limit_negative, -5000);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, CSP)->config.rail.home_to,
+                     12000);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, CSP)->config.rail.index_every,
+                     5000);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, IP)->config.rail.limit_negative,
+                     -105000);
+    assert_int_equal(SERVO_OF(sim_cia402, &sim, IP)->config.rail.limit_positive,
+                     5000);
 }
 
 static void a_revolution_that_is_not_the_drives_is_refused(void **state)

@@ -3,7 +3,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/device/cia402/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 
 #define RAD_Q32 (INT64_C(1) << 32)
 
@@ -86,7 +88,7 @@ static void an_axis_without_one_has_a_motor_alone(void **state)
     for (unsigned i = 1; i < rig.axis_count; i++)
         rig.axis[i].sim.load.given = false;
     bench_build_ready(&rig);
-    assert_non_null(sim.servo[0].cia402.base.plant.mechanics);
+    assert_non_null(SERVO_OF(sim_cia402, &sim, 0)->base.plant.mechanics);
     for (unsigned i = 1; i < rig.axis_count; i++)
         assert_int_equal(sim.mechanics[i].drive.config.inertias, 0);
 }

@@ -8,7 +8,9 @@
 #include "firmware/host/device/modbus_map_load.h"
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/base/disk.h"
+#include "sim/device/modbus/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 
 #define MS  INT64_C(1000000)
 #define PAN 2 /* the axis on Modbus */
@@ -60,7 +62,8 @@ static void faults_latch_as_on_can(void **state)
     for (unsigned i = 0; i < ARRAY_LEN(rows); i++) {
         build_ready();
         const int64_t since_ns = now_ns;
-        sim_modbus_servo_inject(&sim.servo[PAN].modbus, rows[i].servo);
+        sim_modbus_servo_inject(SERVO_OF(sim_modbus_servo, &sim, PAN),
+                                rows[i].servo);
         until(CONTROLLER_FAULT);
         if (machine.controller.fault.fault != rows[i].fault &&
             machine.controller.fault.fault != CONTROLLER_FAULT_STALE)
@@ -68,7 +71,8 @@ static void faults_latch_as_on_can(void **state)
                      controller_fault_text(machine.controller.fault.fault));
         assert_int_equal(machine.controller.fault.axis, PAN);
         assert_in_range(now_ns - since_ns, 1, rows[i].most_ms * MS);
-        sim_modbus_servo_inject(&sim.servo[PAN].modbus, SIM_MODBUS_SERVO_CLEAR);
+        sim_modbus_servo_inject(SERVO_OF(sim_modbus_servo, &sim, PAN),
+                                SIM_MODBUS_SERVO_CLEAR);
         for (int n = 0; n < 2000; n++)
             tick();
         assert_int_equal(machine.controller.state, CONTROLLER_FAULT);
@@ -101,14 +105,16 @@ static void one_bad_answer_is_no_fault(void **state)
     (void)state;
     for (int fault = SIM_MODBUS_MUTE; fault < SIM_MODBUS_FAULTS; fault++) {
         build_ready();
-        sim.servo[PAN].modbus.faulty.fault = (enum sim_modbus_fault)fault;
-        sim.servo[PAN].modbus.faulty.times = 1;
+        SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.fault =
+            (enum sim_modbus_fault)fault;
+        SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.times = 1;
         for (int n = 0; n < 600; n++)
             tick();
         if (machine.controller.state != CONTROLLER_READY)
             fail_msg("kind %d: %s", fault,
                      controller_fault_text(machine.controller.fault.fault));
-        assert_int_equal(sim.servo[PAN].modbus.faulty.spoilt, 1);
+        assert_int_equal(SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.spoilt,
+                         1);
     }
 }
 

@@ -2,12 +2,15 @@
  * to: judged by the data sheet, written at start-up, read back. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
 #include "firmware/linux/base/disk.h"
+#include "sim/device/cia402/servo.h"
+#include "sim/device/modbus/servo.h"
 #include "tests/firmware/linux/machine/two_drives.h"
 
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "motion/core/err.h"
 #include "sim/device/cia402/parts.h"
+#include "tests/support/kind/drives.h"
 
 static struct rig rig;
 static struct machine machine;
@@ -261,7 +264,7 @@ static uint32_t object_in_drive(uint16_t index, uint8_t sub)
     const int row = cia402_od_find(index, sub, &abort_code);
 
     assert_true(row >= 0);
-    return sim.servo[0].cia402.value[row];
+    return SERVO_OF(sim_cia402, &sim, 0)->value[row];
 }
 
 static void parameters_reach_the_drives(void **state)
@@ -281,7 +284,7 @@ static void parameters_reach_the_drives(void **state)
         const struct modbus_map_item *item =
             &rig.map[0].item[rig.axis[1].item[i].item];
 
-        assert_int_equal(sim.servo[1].modbus.reg[item->at],
+        assert_int_equal(SERVO_OF(sim_modbus_servo, &sim, 1)->reg[item->at],
                          rig.axis[1].item[i].value);
     }
 }
@@ -313,7 +316,7 @@ static void what_the_drive_refuses_is_a_fault_that_says_why(void **state)
     rig.axis[1].item[0] = (struct drive_modbus_parameter){ 1, 1 };
     rig.axis[1].parameter_count = 1;
     start();
-    sim.servo[1].modbus.known[0x7777 / 8] = 0;
+    SERVO_OF(sim_modbus_servo, &sim, 1)->known[0x7777 / 8] = 0;
     pass(INT64_C(3000000000));
     expect_state(0, HAL_DRIVE_FAULT, "0x2345:00 refused: no such object");
     expect_state(1, HAL_DRIVE_FAULT, "was not written: illegal data address");

@@ -6,7 +6,9 @@
 
 #include "firmware/host/job/budget.h"
 #include "motion/core/fixed.h"
+#include "sim/device/cia402/servo.h"
 #include "tests/firmware/linux/player/player_bench.h"
+#include "tests/support/kind/drives.h"
 
 #define SECOND INT64_C(1000000000)
 #define SEED   UINT64_C(0xA0761D6478BD642F)
@@ -44,7 +46,8 @@ static int64_t before_wait(int64_t t_ns)
             given.interrupt_ns[i] = 0;
         }
     if (given.fault_ns > 0 && run_ns >= given.fault_ns) {
-        sim_cia402_inject(&bench.sim.servo[given.faulty].cia402, given.fault);
+        sim_cia402_inject(SERVO_OF(sim_cia402, &bench.sim, given.faulty),
+                          given.fault);
         given.fault_ns = 0;
     }
     if (given.pause_at_ns > 0 && run_ns >= given.pause_at_ns) {

@@ -526,7 +526,7 @@ static void trouble(enum kind_trouble what)
     troubled = true;
     for (unsigned k = 0; k < 2; k++)
         if (what == KIND_HEALED || k == i)
-            kind_tests[bench.rig.axis[k].kind]->trouble(&bench.sim.servo[k],
+            kind_tests[bench.rig.axis[k].kind]->trouble(bench.sim.servo[k],
                                                         what);
 }
 

@@ -8,7 +8,9 @@
 #include "firmware/control/jog.h"
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/host/rig/modbus_stream.h"
+#include "sim/device/modbus/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 
 #define RIG_PATH "build/test_modbus_stream.yaml"
 
@@ -123,7 +125,8 @@ static void ramps_are_those_of_the_stop(void **state)
 
         load(&drives[i]);
         bench_build_ready(&rig);
-        const struct sim_modbus_servo *servo = &sim.servo[0].modbus;
+        const struct sim_modbus_servo *servo =
+            SERVO_OF(sim_modbus_servo, &sim, 0);
         ticks(100);
         counts = fabs(strtod(drives[i].counts, NULL)) / 360;
         if ((double)servo->acc < 1.499 * drives[i].stop * counts ||
@@ -160,9 +163,11 @@ static void a_drive_left_alone_stops_inside_the_range(void **state)
         assert_int_equal(controller_jog(&machine.controller, &jog, &goal), 0);
         for (int n = 0; n < 12000; n++) {
             tick();
-            most =
-                fmax(most, ldexp((double)sim.servo[0].modbus.target_q16, -16) /
-                               counts);
+            most = fmax(
+                most,
+                ldexp((double)SERVO_OF(sim_modbus_servo, &sim, 0)->target_q16,
+                      -16) /
+                    counts);
         }
         assert_int_equal(machine.controller.state, CONTROLLER_READY);
         if (most < 59.99 || most > 60.01)

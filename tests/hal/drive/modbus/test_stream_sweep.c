@@ -13,7 +13,9 @@
 
 #include "firmware/host/job/budget.h"
 #include "firmware/host/rig/modbus_stream.h"
+#include "sim/device/modbus/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 
 #define SWEEP_DIR     "build/test_stream_sweep"
 #define SWEEP_REST_NS INT64_C(2000000000) /* watched after the move */
@@ -108,7 +110,7 @@ static void sweep_measure(const struct sweep_rig *rig,
                           struct sweep_result *result)
 {
     const struct controller_axis *axis = &machine.controller.axis[0];
-    const struct sim_plant *plant = &sim.servo[0].modbus.plant;
+    const struct sim_plant *plant = &SERVO_OF(sim_modbus_servo, &sim, 0)->plant;
     const double vel = units(axis->target.vel_q32);
     const double motor = ldexp((double)plant->vel_q24, -24) * 360 /
                          (double)llabs(rig->counts) *
@@ -125,7 +127,8 @@ static void sweep_stand(const struct sweep_rig *rig,
     int64_t low = INT64_MAX, high = INT64_MIN;
 
     for (const int64_t end_ns = now_ns + SWEEP_REST_NS; now_ns < end_ns;) {
-        const int64_t pos_q24 = sim.servo[0].modbus.plant.pos_q24;
+        const int64_t pos_q24 =
+            SERVO_OF(sim_modbus_servo, &sim, 0)->plant.pos_q24;
 
         tick();
         sweep_measure(rig, result);

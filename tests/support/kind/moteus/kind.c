@@ -1,5 +1,7 @@
 /* tests/support/kind/moteus/kind.c - a moteus; see tests/support/kind/kind.h. */
 #include "tests/support/kind/kind.h"
+#include "hal/drive/moteus/drive.h"
+#include "sim/device/moteus/servo.h"
 #include "tests/support/check.h"
 
 #define MS INT64_C(1000000)
@@ -52,20 +54,19 @@ static const struct kind_turn moteus_turn = {
 
 /* ---- in a machine ---- */
 
-static bool moteus_has_torque(const union machine_sim_drive *servo)
+static bool moteus_has_torque(const void *servo)
 {
-    return servo->moteus.mode > 1; /* stopped, fault */
+    return ((const struct sim_moteus *)servo)->mode > 1; /* stopped, fault */
 }
 
-static void moteus_trouble(union machine_sim_drive *servo,
-                           enum kind_trouble trouble)
+static void moteus_trouble(void *servo, enum kind_trouble trouble)
 {
     static const enum sim_servo_fault fault[] = {
         [KIND_SILENT] = SIM_SERVO_SILENT,
         [KIND_BLOCKED] = SIM_SERVO_BLOCKED,
         [KIND_HEALED] = SIM_SERVO_CLEAR,
     };
-    sim_servo_inject(&servo->moteus.base, fault[trouble]);
+    sim_servo_inject(&((struct sim_moteus *)servo)->base, fault[trouble]);
 }
 
 const struct kind_test kind_test_moteus = {

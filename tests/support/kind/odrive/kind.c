@@ -1,5 +1,7 @@
 /* tests/support/kind/odrive/kind.c - an ODrive; see tests/support/kind/kind.h. */
 #include "tests/support/kind/kind.h"
+#include "hal/drive/odrive/drive.h"
+#include "sim/device/odrive/servo.h"
 #include "tests/support/check.h"
 
 #define MS   INT64_C(1000000)
@@ -61,20 +63,19 @@ static const struct kind_turn odrive_turn = {
 
 /* ---- in a machine ---- */
 
-static bool odrive_has_torque(const union machine_sim_drive *servo)
+static bool odrive_has_torque(const void *servo)
 {
-    return servo->odrive.axis_state != 1; /* idle */
+    return ((const struct sim_odrive *)servo)->axis_state != 1; /* idle */
 }
 
-static void odrive_trouble(union machine_sim_drive *servo,
-                           enum kind_trouble trouble)
+static void odrive_trouble(void *servo, enum kind_trouble trouble)
 {
     static const enum sim_servo_fault fault[] = {
         [KIND_SILENT] = SIM_SERVO_SILENT,
         [KIND_BLOCKED] = SIM_SERVO_BLOCKED,
         [KIND_HEALED] = SIM_SERVO_CLEAR,
     };
-    sim_servo_inject(&servo->odrive.base, fault[trouble]);
+    sim_servo_inject(&((struct sim_odrive *)servo)->base, fault[trouble]);
 }
 
 const struct kind_test kind_test_odrive = {

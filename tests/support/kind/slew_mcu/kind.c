@@ -3,9 +3,9 @@
 #include "tests/support/kind/kind.h"
 #include "firmware/linux/kind/slew_mcu/board_sim.h"
 
-static bool slew_mcu_has_torque(const union machine_sim_drive *servo)
+static bool slew_mcu_has_torque(const void *servo)
 {
-    const struct mcu_unit *unit = &servo->slew_mcu->unit;
+    const struct mcu_unit *unit = &((const struct board_sim *)servo)->unit;
 
     for (unsigned i = 0; i < unit->axis_count; i++)
         if (unit->drive[i].state == HAL_DRIVE_ENABLED)
@@ -14,10 +14,9 @@ static bool slew_mcu_has_torque(const union machine_sim_drive *servo)
 }
 
 /* An axis without a motor is not blocked. */
-static void slew_mcu_trouble(union machine_sim_drive *servo,
-                             enum kind_trouble trouble)
+static void slew_mcu_trouble(void *servo, enum kind_trouble trouble)
 {
-    servo->slew_mcu->is_hung = trouble == KIND_SILENT;
+    ((struct board_sim *)servo)->is_hung = trouble == KIND_SILENT;
 }
 
 const struct kind_test kind_test_slew_mcu = {

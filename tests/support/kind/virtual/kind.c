@@ -2,14 +2,13 @@
  * could have torque or fail; see tests/support/kind/kind.h. */
 #include "tests/support/kind/kind.h"
 
-static bool virtual_has_torque(const union machine_sim_drive *servo)
+static bool virtual_has_torque(const void *servo)
 {
     (void)servo;
     return false;
 }
 
-static void virtual_trouble(union machine_sim_drive *servo,
-                            enum kind_trouble trouble)
+static void virtual_trouble(void *servo, enum kind_trouble trouble)
 {
     (void)servo;
     (void)trouble;

@@ -3,6 +3,8 @@
  * cleared. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
 #include "firmware/linux/base/disk.h"
+#include "sim/device/cia402/servo.h"
+#include "sim/device/modbus/servo.h"
 #include "tests/firmware/linux/machine/two_drives.h"
 
 #include <cjson/cJSON.h>
@@ -11,6 +13,7 @@
 #include "firmware/linux/tools/lss.h"
 #include "firmware/linux/tools/reset.h"
 #include "motion/core/err.h"
+#include "tests/support/kind/drives.h"
 
 static char rig[96], eds[96];
 
@@ -290,7 +293,7 @@ static void a_drive_with_torque_is_known_as_such(void **state)
 static void stored_values_outlive_power_off(void **state)
 {
     struct session *session = opened("slide");
-    struct sim_cia402 *servo = &session->bench.sim.servo[0].cia402;
+    struct sim_cia402 *servo = SERVO_OF(sim_cia402, &session->bench.sim, 0);
     uint32_t value = 0;
 
     (void)state;
@@ -318,7 +321,7 @@ static void stored_values_outlive_power_off(void **state)
 static void a_fault_is_explained_and_cleared_and_leaves_it_off(void **state)
 {
     struct session *session = opened("slide");
-    struct sim_cia402 *servo = &session->bench.sim.servo[0].cia402;
+    struct sim_cia402 *servo = SERVO_OF(sim_cia402, &session->bench.sim, 0);
     struct reset reset;
 
     (void)state;
@@ -342,7 +345,8 @@ static void a_fault_is_explained_and_cleared_and_leaves_it_off(void **state)
 static void an_alarm_is_explained_and_cleared(void **state)
 {
     struct session *session = opened("turn");
-    struct sim_modbus_servo *servo = &session->bench.sim.servo[0].modbus;
+    struct sim_modbus_servo *servo =
+        SERVO_OF(sim_modbus_servo, &session->bench.sim, 0);
     struct reset reset;
 
     (void)state;

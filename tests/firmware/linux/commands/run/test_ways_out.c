@@ -44,17 +44,17 @@ static const struct kind_test *kind_of(unsigned i)
 
 static bool has_torque(unsigned i)
 {
-    return kind_of(i)->has_torque(&bench.sim.servo[i]);
+    return kind_of(i)->has_torque(bench.sim.servo[i]);
 }
 
 static void corrupt(unsigned i, bool lose)
 {
-    kind_of(i)->trouble(&bench.sim.servo[i], lose ? KIND_SILENT : KIND_BLOCKED);
+    kind_of(i)->trouble(bench.sim.servo[i], lose ? KIND_SILENT : KIND_BLOCKED);
 }
 
 static void heal(unsigned i)
 {
-    kind_of(i)->trouble(&bench.sim.servo[i], KIND_HEALED);
+    kind_of(i)->trouble(bench.sim.servo[i], KIND_HEALED);
 }
 
 static void happen(void)

@@ -2,6 +2,8 @@
  * moteus: what it says, what is written and what is not, how a fault is
  * cleared. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "sim/device/moteus/servo.h"
+#include "tests/support/kind/drives.h"
 #include "tests/support/run_slew.h"
 
 #include "firmware/host/kind/moteus/quantity.h"
@@ -119,7 +121,8 @@ static void faults_are_said_and_cleared(void **state)
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&session->bench.sim.servo[0].moteus.base, SIM_SERVO_TRIP);
+    sim_servo_inject(&SERVO_OF(sim_moteus, &session->bench.sim, 0)->base,
+                     SIM_SERVO_TRIP);
     assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
@@ -129,7 +132,7 @@ static void faults_are_said_and_cleared(void **state)
     session_close(session);
 
     session = opened();
-    sim_servo_inject(&session->bench.sim.servo[0].moteus.base,
+    sim_servo_inject(&SERVO_OF(sim_moteus, &session->bench.sim, 0)->base,
                      SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
@@ -142,7 +145,8 @@ static void one_that_is_silent_is_said_to_be(void **state)
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&session->bench.sim.servo[0].moteus.base, SIM_SERVO_DEAF);
+    sim_servo_inject(&SERVO_OF(sim_moteus, &session->bench.sim, 0)->base,
+                     SIM_SERVO_DEAF);
     assert_int_equal(reset_drive(session, &reset), MOTION_E_TIMEOUT);
     session_close(session);
     run("drive", "info", RIG, "slider", "--kind", "moteus");

@@ -7,7 +7,9 @@
 #include "firmware/linux/base/disk.h"
 #include "hal/can/bits.h"
 #include "motion/core/fixed.h"
+#include "sim/device/moteus/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 
 #define MS INT64_C(1000000)
 
@@ -42,8 +44,8 @@ static void its_watchdog_is_in_force(void **state)
 {
     (void)state;
     build_ready();
-    assert_true(sim.servo[PAN].moteus.command[0x7] > 0.0999f &&
-                sim.servo[PAN].moteus.command[0x7] < 0.1001f);
+    assert_true(SERVO_OF(sim_moteus, &sim, PAN)->command[0x7] > 0.0999f &&
+                SERVO_OF(sim_moteus, &sim, PAN)->command[0x7] < 0.1001f);
 }
 
 /* slew hangs: nothing is sent any more, and it lets go by itself. */
@@ -53,7 +55,7 @@ static void it_stops_when_nobody_speaks(void **state)
     build_ready();
     now_ns += 150 * MS;
     (void)hal_clock_wait_until(machine.ports.clock, now_ns);
-    assert_int_equal(sim.servo[PAN].moteus.mode, 11);
+    assert_int_equal(SERVO_OF(sim_moteus, &sim, PAN)->mode, 11);
 }
 
 static const struct {
@@ -74,7 +76,7 @@ static const struct {
 
 static void inject(int axis, enum sim_servo_fault fault)
 {
-    sim_servo_inject(&sim.servo[axis].moteus.base, fault);
+    sim_servo_inject(&SERVO_OF(sim_moteus, &sim, axis)->base, fault);
 }
 
 /* Latched, the group off, nothing by itself. */

@@ -3,6 +3,8 @@
  * fault is cleared. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
 #include "firmware/linux/base/disk.h"
+#include "sim/device/odrive/servo.h"
+#include "tests/support/kind/drives.h"
 #include "tests/support/run_slew.h"
 
 #include <math.h>
@@ -145,7 +147,8 @@ static void firmware_05_is_asked_for_what_it_has(void **state)
     assert_true(session->turn.is_05);
     (void)quantity_of_odrive(true, &count);
     assert_true(count > 0);
-    sim_servo_inject(&session->bench.sim.servo[0].odrive.base, SIM_SERVO_TRIP);
+    sim_servo_inject(&SERVO_OF(sim_odrive, &session->bench.sim, 0)->base,
+                     SIM_SERVO_TRIP);
     assert_int_equal(turn_client_state(&session->turn, &seen), MOTION_OK);
     assert_int_equal(seen.error, 0);
     assert_true(seen.is_fault);
@@ -248,7 +251,7 @@ static void with_torque_nothing_is_written(void **state)
     (void)state;
     assert_int_equal(turn_client_hello(&session->turn), MOTION_OK);
     assert_int_equal(session_is_enabled(session), 0);
-    session->bench.sim.servo[0].odrive.axis_state = 8;
+    SERVO_OF(sim_odrive, &session->bench.sim, 0)->axis_state = 8;
     assert_int_equal(session_is_enabled(session), 1);
     session_close(session);
 }
@@ -261,7 +264,8 @@ static void faults_are_said_and_cleared(void **state)
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&session->bench.sim.servo[0].odrive.base, SIM_SERVO_TRIP);
+    sim_servo_inject(&SERVO_OF(sim_odrive, &session->bench.sim, 0)->base,
+                     SIM_SERVO_TRIP);
     assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
@@ -276,7 +280,7 @@ static void a_fault_that_lasts_is_said_to_last(void **state)
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&session->bench.sim.servo[0].odrive.base,
+    sim_servo_inject(&SERVO_OF(sim_odrive, &session->bench.sim, 0)->base,
                      SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
@@ -284,7 +288,7 @@ static void a_fault_that_lasts_is_said_to_last(void **state)
     session_close(session);
 
     session = opened_05();
-    sim_servo_inject(&session->bench.sim.servo[0].odrive.base,
+    sim_servo_inject(&SERVO_OF(sim_odrive, &session->bench.sim, 0)->base,
                      SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);

@@ -7,7 +7,9 @@
 #include "firmware/host/kind/turn/budget.h"
 #include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
+#include "sim/device/odrive/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 
 #define MS INT64_C(1000000)
 
@@ -46,9 +48,9 @@ static void its_watchdogs_are_in_force(void **state)
 {
     (void)state;
     build_ready();
-    assert_true(sim.servo[SLIDER].odrive.watchdog_on);
-    assert_true(sim.servo[SLIDER].odrive.watchdog_s > 0.0999f &&
-                sim.servo[SLIDER].odrive.watchdog_s < 0.1001f);
+    assert_true(SERVO_OF(sim_odrive, &sim, SLIDER)->watchdog_on);
+    assert_true(SERVO_OF(sim_odrive, &sim, SLIDER)->watchdog_s > 0.0999f &&
+                SERVO_OF(sim_odrive, &sim, SLIDER)->watchdog_s < 0.1001f);
 }
 
 /* slew hangs: nothing is sent any more, and both let go by themselves. */
@@ -58,8 +60,9 @@ static void they_stop_when_nobody_speaks(void **state)
     build_ready();
     now_ns += 150 * MS;
     (void)hal_clock_wait_until(machine.ports.clock, now_ns);
-    assert_int_equal(sim.servo[SLIDER].odrive.axis_state, 1); /* idle */
-    assert_int_equal(sim.servo[SLIDER].odrive.error, 0x1000000);
+    assert_int_equal(SERVO_OF(sim_odrive, &sim, SLIDER)->axis_state,
+                     1); /* idle */
+    assert_int_equal(SERVO_OF(sim_odrive, &sim, SLIDER)->error, 0x1000000);
 }
 
 static const struct {
@@ -81,7 +84,7 @@ static const struct {
 
 static void inject(int axis, enum sim_servo_fault fault)
 {
-    sim_servo_inject(&sim.servo[axis].odrive.base, fault);
+    sim_servo_inject(&SERVO_OF(sim_odrive, &sim, axis)->base, fault);
 }
 
 /* Latched, the group off, nothing by itself. */
@@ -165,7 +168,8 @@ static void until_homed(enum homing_state end)
 /* Where the motor is; 0.125 turns per mm. */
 static double slider_mm(void)
 {
-    return (double)sim_servo_pos_q24(&sim.servo[SLIDER].odrive.base) /
+    return (double)sim_servo_pos_q24(
+               &SERVO_OF(sim_odrive, &sim, SLIDER)->base) /
                (16777216.0 * SIM_ODRIVE_COUNTS * 0.125) +
            100;
 }
