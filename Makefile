@@ -362,6 +362,7 @@ nightly:
 	@$(MAKE) fault-pairs N=10000
 	@$(MAKE) ramps
 	@$(MAKE) clang-tidy TIDY_TESTS=
+	@$(MAKE) test EVERY=1
 	@$(MAKE) test CC=clang SAN=address,undefined EVERY=1
 	@$(MAKE) otg-many N=2000000 MISSED=60 BAD=0 LONG=9600 \
 	    PROCESSES="$$(nproc)"

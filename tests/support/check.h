@@ -26,6 +26,12 @@
 #endif
 #endif
 
+/* How often a sweep goes round: `all` with EVERY=1 (make nightly), else a part. */
+static inline int check_many(int all, int part)
+{
+    return getenv("EVERY") != NULL ? all : part;
+}
+
 /* xorshift64*: the same numbers everywhere.  Print the seed when a property
  * fails. */
 static inline uint64_t check_random(uint64_t *seed)

@@ -50,6 +50,7 @@ COUNTS
     fi
     printf '%s\n' "$said"
     echo "$ok" "$bad" "$skip" >"$log/$name.count"
+    times >"$log/$name.times"
 }
 
 if [ "$1" = --one ]; then
@@ -61,7 +62,7 @@ fi
 log=$1
 shift
 mkdir -p "$log"
-rm -f "$log"/*.count
+rm -f "$log"/*.count "$log"/*.times
 # What their sources say of themselves: those that read the real clock wait more
 # than they work and run at the end, four per processor; of the others the long ones
 # begin, so that none is left over.
@@ -91,6 +92,15 @@ while read -r test; do
     read -r _ bad _ <"$log/$(basename "$test" .sh).count"
     [ "$bad" -eq 0 ] || { echo "  once more, alone:"; one "$test" </dev/null; }
 done <"$log/clock"
+# Their own time, which a loaded machine does not change: of the children of the
+# shell that ran them, "0m1.25s 0m0.10s" in the second line.
+if [ $# -gt 10 ]; then
+    echo "most processor time, s:"
+    awk 'FNR == 2 { split($1 "m" $2, t, /m|s/)
+                    name = FILENAME; sub(".*/", "", name); sub("[.]times", "", name)
+                    printf "  %-28s %6.1f\n", name, 60 * t[1] + t[2] + 60 * t[4] + t[5] }' \
+        "$log"/*.times | sort -k2 -rn | sed 10q
+fi
 awk -v tests=$# '{ passed += $1; failed += $2; skipped += $3 }
      END { failed += tests - NR    # died without a word
            if (skipped > 0) print skipped " skipped"

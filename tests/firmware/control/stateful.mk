@@ -13,7 +13,7 @@ stateful: $(STATEFUL)
 .PHONY: ramps
 ## RAMPS=50000 random slow-downs: rises, times to rest, beside the shortest
 ramps: $(call named,ramp)
-	@N=$(RAMPS) $<
+	@EVERY=1 N=$(RAMPS) $<
 
 .PHONY: soak
 ## the same for SOAK=3600 seconds, from another seed every time; FIRST=n
