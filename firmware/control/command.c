@@ -504,7 +504,7 @@ int controller_override(struct controller *controller, int64_t rate_q30)
 int controller_reset(struct controller *controller)
 {
     if (controller->state != CONTROLLER_FAULT || controller->resetting ||
-        controller->estop.is_active || controller->estop.disagrees)
+        controller_estop_bars(&controller->estop))
         return MOTION_E_STATE;
     if (controller_is_held(controller))
         controller_off(controller);

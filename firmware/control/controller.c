@@ -529,7 +529,9 @@ controller_step_fault(struct controller *controller)
     controller_keep_place(controller);
     if (!controller->resetting)
         return;
-    if (controller_all(controller, HAL_DRIVE_OFF)) {
+    if (controller_estop_bars(&controller->estop)) {
+        controller->resetting = false; /* pressed since then */
+    } else if (controller_all(controller, HAL_DRIVE_OFF)) {
         controller->resetting = false;
         controller->fault = (struct controller_fault_record){ 0 };
         controller->reaction = CONTROLLER_REACT_NONE;

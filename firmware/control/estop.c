@@ -13,6 +13,11 @@ static void estop_released(struct controller_estop *estop)
     estop->is_active = estop->both = estop->is_late = estop->differs = false;
 }
 
+bool controller_estop_bars(const struct controller_estop *estop)
+{
+    return estop->is_active || estop->disagrees;
+}
+
 void controller_estop_look(struct controller_estop *estop, int64_t now_ns)
 {
     const bool first = controller_input(estop->channel[0]);

@@ -30,5 +30,7 @@ struct controller_estop {
 };
 
 void controller_estop_look(struct controller_estop *estop, int64_t now_ns);
+/* At the last look: no reset may begin, nor end. */
+bool controller_estop_bars(const struct controller_estop *estop);
 
 #endif

@@ -829,6 +829,31 @@ static void reset_is_refused_while_the_estop_is_active(void **state)
     assert_int_equal(bench.controller.state, CONTROLLER_FAULT);
 }
 
+/* Pressed again while the drives are reset: OFF, where it may be enabled, is not
+ * reached. */
+static void a_reset_ends_where_the_estop_is_pressed_again(void **state)
+{
+    (void)state;
+    struct bench bench;
+    bench_moving(&bench, 120, 300);
+    cause_estop(&bench);
+    bench_ticks(&bench, 3000);
+    cure(&bench);
+    bench_tick(&bench);
+    assert_int_equal(controller_reset(&bench.controller), MOTION_OK);
+    cause_estop(&bench);
+    for (int n = 0; n < 20; n++) {
+        bench_tick(&bench);
+        assert_int_equal(bench.controller.state, CONTROLLER_FAULT);
+        assert_int_equal(controller_enable(&bench.controller), MOTION_E_STATE);
+    }
+    cure(&bench);
+    bench_tick(&bench);
+    assert_int_equal(controller_reset(&bench.controller), MOTION_OK);
+    bench_ticks(&bench, 5);
+    assert_int_equal(bench.controller.state, CONTROLLER_OFF);
+}
+
 static void a_drive_that_does_not_enable_is_a_fault_with_its_name(void **state)
 {
     (void)state;
@@ -1004,6 +1029,7 @@ int main(void)
         cmocka_unit_test(a_stop_during_the_hold_goes_on_along_the_path),
         cmocka_unit_test(the_torque_of_a_hold_can_be_taken_without_a_reset),
         cmocka_unit_test(reset_is_refused_while_the_estop_is_active),
+        cmocka_unit_test(a_reset_ends_where_the_estop_is_pressed_again),
         cmocka_unit_test(a_drive_that_does_not_enable_is_a_fault_with_its_name),
         cmocka_unit_test(the_gate_stops_what_planning_should_have),
         cmocka_unit_test(a_move_beyond_the_limits_is_not_started),
