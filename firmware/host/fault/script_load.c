@@ -84,6 +84,9 @@ static int fault_read_axis(void *reader, const struct yaml_value *value,
     if (fault_take(self, value, FAULT_OF_AXIS, name, fault_axes(rig, name)) < 0)
         return -1;
     const struct rig_axis *axis = &rig->axis[self->entry->index];
+    if (rig_axis_is_virtual(axis))
+        return yaml_value_refuse(value, "is a virtual axis, which has no "
+                                        "faults");
     if (fault_is(self, FAULT_HEARTBEAT_LOST) &&
         !rig_kinds[axis->kind]->has_heartbeat)
         return yaml_value_refuse(value, "is an axis whose drive has no "
@@ -96,9 +99,6 @@ static int fault_read_axis(void *reader, const struct yaml_value *value,
     if (rig_kinds[axis->kind]->samples)
         return yaml_value_refuse(value, "is an axis of a board, which has no "
                                         "faults of its own");
-    if (rig_axis_is_virtual(axis))
-        return yaml_value_refuse(value, "is a virtual axis, which has no "
-                                        "faults");
     self->entry->of_axis = self->entry->index;
     return 0;
 }
