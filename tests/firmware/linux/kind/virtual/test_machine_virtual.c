@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "motion/core/fixed.h"
+#include "sim/device/cia402/servo.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/support/kind/drives.h"
 #include "tests/support/run_slew.h"
 
 /* Of tests/data/virtual. */
@@ -58,7 +60,7 @@ static void a_fault_beside_it_stops_it_too(void **state)
     start();
     ticks(3000);
     const int64_t there = actual(MASTER);
-    sim_servo_inject(&sim.servo[SLIDE].cia402.base, SIM_SERVO_TRIP);
+    sim_servo_inject(&SERVO_OF(sim_cia402, &sim, SLIDE)->base, SIM_SERVO_TRIP);
     until(CONTROLLER_FAULT);
     ticks(500);
     const int64_t stood = actual(MASTER);
