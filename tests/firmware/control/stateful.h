@@ -277,7 +277,7 @@ struct stateful_pressed {
 
 /* Answers of an axis, newest first, that say that it runs away. */
 struct stateful_away {
-    int64_t error_q32, vel_q32, t_ns;
+    int64_t error_q32, vel_q32, demand_q32, t_ns;
     int count;
 };
 

@@ -181,7 +181,8 @@ static void judge_button(struct stateful *bench)
 /* --- an axis that runs away -------------------------------------------------- */
 
 /* Over the largest following error that there may be, which grows: away from
- * where it should be and faster and faster. */
+ * where it should be, faster and faster, and faster than that goes on
+ * itself (by a hundredth: it is a mean over the tick). */
 static bool runs_away(const struct stateful *bench, unsigned i,
                       const struct stateful_away *now,
                       const struct stateful_away *before)
@@ -190,10 +191,14 @@ static bool runs_away(const struct stateful *bench, unsigned i,
     const double by_speed =
         (double)config->limit.vel_q32 * (double)config->following_k_ns / 1e9;
     const double most_q32 = fmax((double)config->following_floor_q32, by_speed);
+    const double told_q32 =
+        fabs((double)(now->demand_q32 - before->demand_q32)) * 1e9 /
+        (double)bench->controller.config.period_ns;
     return stateful_axis_follows(&bench->axis[i]) &&
            llabs(now->error_q32) > (int64_t)most_q32 + 1 &&
            llabs(now->error_q32) > llabs(before->error_q32) &&
            llabs(now->vel_q32) > llabs(before->vel_q32) &&
+           fabs((double)now->vel_q32) > told_q32 * 1.01 &&
            (now->error_q32 < 0) != (now->vel_q32 < 0);
 }
 
@@ -206,6 +211,7 @@ static void judge_away(struct stateful *bench, unsigned i)
     *away = (struct stateful_away){
         .error_q32 = axis->seen.demand_q32 - axis->seen.pos_q32,
         .vel_q32 = axis->seen.vel_q32,
+        .demand_q32 = axis->seen.demand_q32,
         .t_ns = axis->seen.t_ns,
         .count = before.count,
     };
