@@ -736,7 +736,7 @@ static void a_port_that_another_program_has_is_said_so(void **state)
              "10, jerk: 30}\n"
              "    following_error: {floor: 3 deg, time: 100 ms}\n"
              "    drive: {kind: modbus, bus: net1, node: 1, map: "
-             "leadshine-el7, counts: 500000 per rev, unsupervised: yes}\n",
+             "lexium-32, counts: 500000 per rev}\n",
              port);
     run_put("taken.yaml", text);
     snprintf(says, sizeof says,
