@@ -37,13 +37,27 @@ said "NoNewPrivileges=yes"
 said "run   systemctl enable --now slew-dolly.service"
 [ ! -e "$dir/root" ] || fail "a dry run has written something"
 slew install --real --cpu 1 --root "$dir/root" "$dir/dolly" || fail "install"
-grep -qF "service run --real --yes --group --cpu 1 \"$dir/dolly/rig.yaml\"" "$unit" ||
-    fail "$(cat "$unit")"
+grep -qF "service run --real --yes --group --recordings \"%S/%N\" --cpu 1 \"$dir/dolly/rig.yaml\"" \
+    "$unit" || fail "$(cat "$unit")"
+grep -qxF 'StateDirectory=%N' "$unit" || fail "it has no place to record in"
 grep -qxF 'CapabilityBoundingSet=' "$unit" || fail "capabilities"
-if command -v systemd-analyze >"$dir/out"; then
+verify()
+{
+    command -v systemd-analyze >"$dir/out" || return 0
     systemd-analyze verify "$unit" >"$dir/out" 2>&1 || true
     ! grep -v "Command 'man" "$dir/out" || fail "systemd-analyze"
-fi
+}
+verify
+# Recordings elsewhere, and nothing else of the disk.
+mkdir "$dir/my takes"
+slew install --sim --record-always --recordings "$dir/my takes" --root "$dir/root" "$dir/dolly" ||
+    fail "install --recordings"
+grep -qF -- "--recordings \"$dir/my takes\" --record-always \"$dir" "$unit" || fail "$(cat "$unit")"
+grep -qxF "ReadWritePaths=\"$dir/my takes\"" "$unit" || fail "it cannot write there"
+! grep -q StateDirectory "$unit" || fail "two places to record in"
+verify
+! slew install --sim --recordings "$dir/nowhere" --root "$dir/root" "$dir/dolly" ||
+    fail "a directory that is not there"
 slew remove --root "$dir/root" "$dir/dolly" || fail "remove"
 [ ! -e "$unit" ] || fail "the unit is still there"
 ! slew remove --root "$dir/root" "$dir/dolly" || fail "removed twice"

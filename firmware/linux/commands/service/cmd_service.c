@@ -363,9 +363,11 @@ static const struct option_row cmd_service_option[] = {
       "run: those of the socket's group may connect, too" },
     { "recordings", "DIRECTORY", OPTION_TEXT,
       offsetof(struct options, recordings),
-      "run: where clients may record what happens at every tick" },
+      "run, install: where clients may record what happens at every "
+      "tick (install: /var/lib/slew-NAME)" },
     { "record-always", NULL, OPTION_FLAG, offsetof(struct options, records),
-      "run: from the first tick on, in a file there named by the time" },
+      "run, install: from the first tick on, in a file there named by the "
+      "time" },
     { "socket", "PATH", OPTION_TEXT, offsetof(struct options, socket),
       "another socket than the rig's" },
     { "port", "N", OPTION_COUNT, offsetof(struct options, port),

@@ -15,14 +15,15 @@
 #include "firmware/linux/commands/planning.h"
 
 #define INSTALL_UNIT_MAX 64
-#define INSTALL_TEXT_MAX 16384
+#define INSTALL_TEXT_MAX 32768
 #define INSTALL_PATH_MAX 4096
 
 struct install {
     const struct options *options;
     char rig[INSTALL_PATH_MAX];     /* full */
     char program[INSTALL_PATH_MAX]; /* the same */
-    char unit[INSTALL_UNIT_MAX];    /* slew-NAME.service */
+    char recordings[INSTALL_PATH_MAX];
+    char unit[INSTALL_UNIT_MAX]; /* slew-NAME.service */
     char text[INSTALL_TEXT_MAX];
 };
 
@@ -36,7 +37,9 @@ static const char install_unit[] =
     "\n"
     "[Service]\n"
     "Type=notify\n"
-    "ExecStart=\"%s\" service run %s --group%s%s \"%s\"\n"
+    "ExecStart=\"%s\" service run %s --group --recordings \"%s\"%s%s%s "
+    "\"%s\"\n"
+    "%s"
     "Restart=no\n"
     "WatchdogSec=2\n"
     "TimeoutStopSec=45\n"
@@ -73,10 +76,16 @@ static const char install_unit[] =
     "MemoryDenyWriteExecute=yes\n"
     "SystemCallArchitectures=native\n"
     "SystemCallFilter=@system-service\n"
-    "UMask=0077\n"
+    "UMask=0027\n"
     "\n"
     "[Install]\n"
     "WantedBy=multi-user.target\n";
+
+/* Where it records: /var/lib/slew-NAME, made by systemd for its user alone to
+ * write; or where the operator says, and nothing else of the disk. */
+static const char install_state[] = "%S/%N";
+static const char install_state_rows[] = "StateDirectory=%N\n"
+                                         "StateDirectoryMode=0750\n";
 
 static const char install_user[] = "u slew - \"slew, motion of servos\" /\n"
                                    "m slew dialout\n";
@@ -107,6 +116,12 @@ static bool install_can_stand(const char *path)
     return path[strcspn(path, "\"\\%$\n\r")] == '\0';
 }
 
+static enum status install_cannot_stand(const char *path)
+{
+    return error_file(path, "the name cannot stand in a unit, expected one "
+                            "without quotes, %, $ and backslashes");
+}
+
 static enum status install_names(struct install *self, const char *rig)
 {
     char *full = realpath(rig, NULL);
@@ -118,16 +133,38 @@ static enum status install_names(struct install *self, const char *rig)
     free(full);
     if (length <= 0 || n >= (int)sizeof self->rig ||
         !install_can_stand(self->rig) || !install_can_stand(self->program))
-        return error_file(rig, "the name cannot stand in a unit, expected one "
-                               "without quotes, %, $ and backslashes");
+        return install_cannot_stand(rig);
     install_name(self->rig, self->unit);
     return STATUS_OK;
+}
+
+static enum status install_recordings(struct install *self)
+{
+    const char *path = self->options->recordings;
+    struct stat about;
+    char *full = path != NULL ? realpath(path, NULL) : NULL;
+    if (path == NULL) {
+        snprintf(self->recordings, sizeof self->recordings, "%s",
+                 install_state);
+        return STATUS_OK;
+    }
+    if (full == NULL)
+        return error_file(path, strerror(errno));
+    const bool is_directory = stat(full, &about) == 0 && S_ISDIR(about.st_mode);
+    const bool fits = snprintf(self->recordings, sizeof self->recordings, "%s",
+                               full) < (int)sizeof self->recordings;
+    free(full);
+    if (!is_directory)
+        return error_file(path, strerror(ENOTDIR));
+    return fits && install_can_stand(self->recordings)
+               ? STATUS_OK
+               : install_cannot_stand(path);
 }
 
 static enum status install_text(struct install *self)
 {
     const struct options *options = self->options;
-    char cpu[32] = "", port[32] = "";
+    char cpu[32] = "", port[32] = "", rows[INSTALL_PATH_MAX + 32];
     struct rig rig = { .title = "" };
     const enum status status = planning_rig(self->rig, &rig);
     if (options->cpu >= 0)
@@ -137,9 +174,14 @@ static enum status install_text(struct install *self)
     for (char *at = rig.title; *at != '\0'; at++)
         if (iscntrl((unsigned char)*at) || *at == '%')
             *at = ' ';
+    snprintf(rows, sizeof rows,
+             options->recordings == NULL ? "%s" : "ReadWritePaths=\"%s\"\n",
+             options->recordings == NULL ? install_state_rows
+                                         : self->recordings);
     snprintf(self->text, sizeof self->text, install_unit, rig.title,
-             self->program, options->real ? "--real --yes" : "--sim", cpu, port,
-             self->rig);
+             self->program, options->real ? "--real --yes" : "--sim",
+             self->recordings, options->records ? " --record-always" : "", cpu,
+             port, self->rig, rows);
     rig_free(&rig);
     return status;
 }
@@ -234,6 +276,8 @@ enum status service_install(const struct options *options, const char *rig)
     char path[INSTALL_PATH_MAX];
     self = (struct install){ .options = options };
     enum status status = install_names(&self, rig);
+    if (status == STATUS_OK)
+        status = install_recordings(&self);
     if (status == STATUS_OK)
         status = install_text(&self);
     install_unit_path(&self, path);
