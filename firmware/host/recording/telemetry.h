@@ -85,6 +85,10 @@ struct telemetry_row {
     uint64_t faults;    /* of a fault script, in force */
     uint32_t waits_for; /* this frame, from 1, until it is told to go on; 0: for
                            none; not in the file */
+    /* of the move: how often it was played to its end, is to be played in all
+     * (0: until a stop), and every second time in reverse; not in the file */
+    int64_t played, times;
+    bool is_ping_pong;
 };
 
 struct telemetry {

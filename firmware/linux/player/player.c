@@ -723,7 +723,7 @@ int player_run(struct player *player, const volatile sig_atomic_t *interrupts)
     player_note_torque(player);
     report->end = player->end;
     report->times = player->machine->playback.played;
-    report->is_repeated = player_times(player) != 1;
+    report->is_repeated = player->machine->playback.times != 1;
     report->ticks = player->machine->controller.ticks;
     report->ticks_lost = player->machine->controller.ticks_lost;
     report->rows_dropped = player->recorder.dropped;

@@ -10,7 +10,7 @@
 #include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
 
-#define PROGRESS_LINE_MAX  128
+#define PROGRESS_LINE_MAX  160
 #define PROGRESS_PERIOD_NS INT64_C(100000000)
 #define PROGRESS_WIDTH     40
 #define PROGRESS_SKIP      16 /* rows between looks at the clock */
@@ -94,17 +94,28 @@ static int64_t progress_path_ns(const struct telemetry_row *row)
     return row->rate.s_ns_q12 / MOTION_FIXED_NS_Q12;
 }
 
+/* What it does: "moving", "moving, 2 of 5", "moving, time 3" without an end. */
+static void progress_what(const struct telemetry_row *row, char text[48])
+{
+    const char *phase = telemetry_phase_text(row->phase);
+    if (row->waits_for > 0)
+        snprintf(text, 48, "frame %u waits", row->waits_for);
+    else if (row->phase != TELEMETRY_MOVE || row->times == 1)
+        snprintf(text, 48, "%s", phase);
+    else if (row->times == 0)
+        snprintf(text, 48, "%s, time %" PRId64, phase, row->played + 1);
+    else
+        snprintf(text, 48, "%s, %" PRId64 " of %" PRId64, phase,
+                 row->played + 1, row->times);
+}
+
 /* Time left is known while the move runs. */
 static void progress_text(const struct progress *progress,
                           const struct telemetry_row *row,
                           char line[PROGRESS_LINE_MAX])
 {
-    const char *what = telemetry_phase_text(row->phase);
-    char frame[24];
-    if (row->waits_for > 0) {
-        snprintf(frame, sizeof frame, "frame %u waits", row->waits_for);
-        what = frame;
-    }
+    char what[48];
+    progress_what(row, what);
     if (row->phase == TELEMETRY_MOVE)
         progress_line(line, what, progress_path_ns(row), progress->total_ns,
                       row->rate.rate_q30);
@@ -119,7 +130,7 @@ static void progress_redraw(struct progress *progress,
     progress_text(progress, row, line);
     fprintf(progress->file, "\r%s", line);
     if (progress->typed != NULL)
-        fprintf(progress->file, "  go to: %s", progress->typed);
+        fprintf(progress->file, "  %s", progress->typed);
     fputs("\033[K", progress->file);
     fflush(progress->file);
     progress->drawn = true;

@@ -20,7 +20,7 @@ struct progress {
     int phase;         /* last one seen; -1: none */
     int quarter;       /* last one said */
     unsigned skipped;  /* rows since the clock was looked at */
-    const char *typed; /* by the operator, at the end of the line; NULL */
+    const char *typed; /* what the operator is typing, at its end; NULL */
 };
 
 void progress_init(struct progress *progress, FILE *file, int64_t total_ns_q12);

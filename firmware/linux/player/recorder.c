@@ -54,6 +54,9 @@ void recorder_look(struct telemetry_row *row, const struct machine *machine)
     row->rate = controller->rate;
     row->state = (int)controller->state;
     row->waits_for = machine->step.waits ? machine->step.frame : 0;
+    row->played = machine->playback.played;
+    row->times = machine->playback.times;
+    row->is_ping_pong = machine->playback.is_ping_pong;
     for (unsigned i = 0; i < machine->rig->axis_count; i++) {
         const struct controller_axis *axis = &controller->axis[i];
         row->axis[i] = (struct telemetry_axis){
@@ -115,6 +118,9 @@ bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
     to->state = row->state;
     to->faults = row->faults;
     to->waits_for = row->waits_for;
+    to->played = row->played;
+    to->times = row->times;
+    to->is_ping_pong = row->is_ping_pong;
     atomic_store_explicit(&recorder->put, put + 1, memory_order_release);
     return true;
 }

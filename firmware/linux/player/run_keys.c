@@ -1,7 +1,9 @@
 /* firmware/linux/player/run_keys.c - see run_keys.h. */
 #include "firmware/linux/player/run_keys.h"
 
+#include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -16,6 +18,8 @@
 #define RUN_KEYS_STEP  10 /* % */
 #define RUN_KEYS_LEAST 10
 #define RUN_KEYS_MOST  200
+
+#define RUN_KEYS_TIMES_DIGITS 9
 
 #define RUN_KEYS_BACKSPACE 127
 #define RUN_KEYS_DIGITS    6 /* of a place that is said */
@@ -39,9 +43,8 @@ bool run_keys_begin(struct run_keys *keys, const struct job *job,
             : "keys: space holds and resumes, r reverses, b goes back to the "
               "start, "
               "g to a time,\n"
-              "      c says where it stands, + and - change the speed, 0 is "
-              "100 %, "
-              "q stops\n",
+              "      l sets how often it is played, c says where it stands,\n"
+              "      + and - change the speed, 0 is 100 %, q stops\n",
         stderr);
     if (job->steps.count > 0)
         fputs("      n takes the frame that waits\n", stderr);
@@ -61,6 +64,7 @@ void run_keys_take(struct run_keys *keys, const struct telemetry_row *row)
     keys->is_holding = row->state == CONTROLLER_HOLDING;
     keys->is_standing = keys->is_holding && row->rate.rate_q30 == 0;
     keys->is_waiting = row->waits_for > 0 && keys->is_standing;
+    keys->is_ping_pong = row->is_ping_pong;
     if (row->rate.rate_q30 != 0)
         keys->is_reversed = row->rate.rate_q30 < 0;
 }
@@ -151,14 +155,41 @@ static void run_keys_typed_time(struct run_keys *keys)
         run_keys_go_to(keys, t_ns_q12);
 }
 
+/* In all, the time that is played now included. */
+static void run_keys_typed_times(struct run_keys *keys)
+{
+    const size_t digits = strspn(keys->typed, "0123456789");
+    if (digits == 0 || digits > RUN_KEYS_TIMES_DIGITS || keys->typed[digits])
+        run_keys_say("expected how often it is played in all, 0 to 999999999; "
+                     "0: until it is stopped");
+    else if (keys->phase != TELEMETRY_MOVE)
+        run_keys_say("there is no move yet to be played again");
+    else if (job_has_shots(keys->job))
+        run_keys_say("this move has events, it is played once");
+    else
+        (void)run_keys_put(
+            keys, keys->is_ping_pong ? MAILBOX_PING_PONG : MAILBOX_LOOP,
+            strtoll(keys->typed, NULL, 10));
+}
+
+static void run_keys_type_of(struct run_keys *keys, enum run_keys_typing typing)
+{
+    keys->typing = typing;
+    keys->typed[0] = 0;
+}
+
 static void run_keys_type(struct run_keys *keys, int key)
 {
+    const enum run_keys_typing typing = keys->typing;
     const size_t length = strlen(keys->typed);
     if (key == '\n' || key == '\r') {
-        keys->is_typing = false;
-        run_keys_typed_time(keys);
+        keys->typing = RUN_KEYS_COMMANDS;
+        if (typing == RUN_KEYS_TIME)
+            run_keys_typed_time(keys);
+        else
+            run_keys_typed_times(keys);
     } else if (key == RUN_KEYS_BACKSPACE || key == '\b') {
-        keys->is_typing = length > 0;
+        keys->typing = length > 0 ? typing : RUN_KEYS_COMMANDS;
         keys->typed[length > 0 ? length - 1 : 0] = 0;
     } else if (key >= ' ' && key < RUN_KEYS_BACKSPACE &&
                length + 1 < sizeof keys->typed) {
@@ -167,9 +198,13 @@ static void run_keys_type(struct run_keys *keys, int key)
     }
 }
 
-const char *run_keys_typed(const struct run_keys *keys)
+const char *run_keys_typed(struct run_keys *keys)
 {
-    return keys->is_typing ? keys->typed : NULL;
+    if (keys->typing == RUN_KEYS_COMMANDS)
+        return NULL;
+    snprintf(keys->shown, sizeof keys->shown, "%s: %s",
+             keys->typing == RUN_KEYS_TIME ? "go to" : "times", keys->typed);
+    return keys->shown;
 }
 
 static void run_keys_capture(struct run_keys *keys)
@@ -206,8 +241,9 @@ static void run_keys_path(struct run_keys *keys, int key)
     } else if (key == 'b') {
         run_keys_go_to(keys, 0);
     } else if (key == 'g') {
-        keys->is_typing = true;
-        keys->typed[0] = 0;
+        run_keys_type_of(keys, RUN_KEYS_TIME);
+    } else if (key == 'l') {
+        run_keys_type_of(keys, RUN_KEYS_TIMES);
     } else if (key == 'c') {
         run_keys_capture(keys);
     }
@@ -226,9 +262,9 @@ static void run_keys_press(struct run_keys *keys, int key)
     const int percent = progress_percent(keys->wanted_q30);
     if (key == 'q')
         mailbox_stop(&keys->mailbox);
-    else if (keys->follows && strchr("+=-0rbg", key) != NULL)
+    else if (keys->follows && strchr("+=-0rbgl", key) != NULL)
         run_keys_say("a clock sets the speed and the place of this move");
-    else if (keys->is_typing)
+    else if (keys->typing != RUN_KEYS_COMMANDS)
         run_keys_type(keys, key);
     else if (key == '+' || key == '=')
         run_keys_override(keys, percent + RUN_KEYS_STEP);
@@ -261,6 +297,27 @@ static void run_keys_no_way(const struct mailbox_entry *answer, char sentence[],
                  motion_err_text(answer->err));
 }
 
+static bool run_keys_is_loop(const struct mailbox_entry *answer)
+{
+    return answer->command == MAILBOX_LOOP ||
+           answer->command == MAILBOX_PING_PONG;
+}
+
+static void run_keys_repeated(const struct run_keys *keys, int64_t times)
+{
+    char sentence[80];
+    const char *turns =
+        keys->is_ping_pong ? ", every second time in reverse" : "";
+    if (times == 0)
+        snprintf(sentence, sizeof sentence, "played until it is stopped%s",
+                 turns);
+    else
+        snprintf(sentence, sizeof sentence,
+                 "played %" PRId64 " time%s in all%s", times,
+                 times == 1 ? "" : "s", turns);
+    run_keys_say(sentence);
+}
+
 static void run_keys_refused(const struct run_keys *keys,
                              const struct mailbox_entry *answer)
 {
@@ -272,6 +329,9 @@ static void run_keys_refused(const struct run_keys *keys,
     else if (answer->command == MAILBOX_GO ||
              answer->command == MAILBOX_REVERSE)
         run_keys_no_way(answer, sentence, sizeof sentence);
+    else if (run_keys_is_loop(answer))
+        snprintf(sentence, sizeof sentence,
+                 "it cannot be played again: a compiled move is played once");
     else if (answer->command == MAILBOX_OVERRIDE && keys->follows)
         snprintf(sentence, sizeof sentence,
                  "the move cannot be played so fast as its clock goes");
@@ -298,6 +358,8 @@ static void run_keys_answer(struct run_keys *keys,
         keys->is_reversed = answer->value != 0;
     else if (answer->command == MAILBOX_GO)
         keys->is_reversed = false;
+    else if (run_keys_is_loop(answer))
+        run_keys_repeated(keys, answer->value);
     if (answer->command != MAILBOX_OVERRIDE)
         return;
     if (answer->err == MOTION_OK)

@@ -7,6 +7,8 @@
  *   b         back to the start, and hold there
  *   g         go to a time, and hold there: "2.5", "f120", "00:00:02:12",
  *             then return; backspace on nothing leaves it
+ *   l         how often the move is played in all, this time included: "3",
+ *             then return; 0: until it is stopped
  *   c         say where the axes stand, as a key of the move
  *   +  -      10 % faster or slower, 10 to 200 %; 0 is 100 %
  *   q         stop along the path, as Ctrl-C once
@@ -28,6 +30,13 @@
 /* What is done once the axes stand. */
 enum run_keys_next { RUN_KEYS_NOTHING, RUN_KEYS_REVERSE, RUN_KEYS_GO };
 
+/* What is being typed. */
+enum run_keys_typing {
+    RUN_KEYS_COMMANDS,
+    RUN_KEYS_TIME,  /* of the move, to go to */
+    RUN_KEYS_TIMES, /* to play it */
+};
+
 struct run_keys {
     struct terminal terminal;
     struct mailbox mailbox;
@@ -40,8 +49,10 @@ struct run_keys {
     bool is_waiting;                           /* for a frame to be taken */
     enum run_keys_next next;
     int64_t go_ns_q12;
-    bool is_typing; /* the time to go to: */
+    bool is_ping_pong; /* at the last row */
+    enum run_keys_typing typing;
     char typed[RUN_KEYS_TIME_MAX];
+    char shown[RUN_KEYS_TIME_MAX + 16]; /* and what for */
     int64_t *place_q32; /* of a CAPTURE, each axis of the rig; on the heap */
 };
 
@@ -56,6 +67,6 @@ void run_keys_take(struct run_keys *keys, const struct telemetry_row *row);
 /* Keys to commands, answers to sentences; never waits. */
 void run_keys_poll(struct run_keys *keys);
 /* What is typed, for the line that is redrawn; NULL when nothing is. */
-const char *run_keys_typed(const struct run_keys *keys);
+const char *run_keys_typed(struct run_keys *keys);
 
 #endif

@@ -154,6 +154,30 @@ static void g_goes_to_a_time_and_c_says_where_that_is(void **state)
     finish_stopped();
 }
 
+static void l_sets_how_often_it_is_played(void **state)
+{
+    static const char *const argv[] = { "slew",        "run", "--realtime",
+                                        "--ping-pong", MOVE,  NULL };
+    (void)state;
+    forget();
+    start(argv, true);
+    expect("moving, 1 of 2 ");
+    press("lx\n");
+    expect("expected how often it is played in all, 0 to 999999999");
+    press("l1234567890\n");
+    expect_times("expected how often it is played in all", 2);
+    press("l0");
+    expect("times: 0");
+    press("\n");
+    expect("played until it is stopped, every second time in reverse");
+    expect("moving, time 1 ");
+    press("l3\n");
+    expect("played 3 times in all");
+    expect("moving, 1 of 3 ");
+    press("q");
+    finish_stopped();
+}
+
 static void ctrl_c_and_the_terminal_stay_what_they_are(void **state)
 {
     struct termios during;
@@ -188,6 +212,7 @@ int main(void)
         cmocka_unit_test(r_goes_back_along_the_path),
         cmocka_unit_test(b_goes_back_to_the_start_and_holds_there),
         cmocka_unit_test(g_goes_to_a_time_and_c_says_where_that_is),
+        cmocka_unit_test(l_sets_how_often_it_is_played),
         cmocka_unit_test(ctrl_c_and_the_terminal_stay_what_they_are),
         cmocka_unit_test(without_a_terminal_there_are_no_keys),
     };
