@@ -193,7 +193,7 @@ static int loop_start(struct service_loop *loop,
                : playback_begin(&loop->machine->playback, 0, PLAYBACK_PLAY);
 }
 
-/* Is it what is played, and not the way to its first keys? */
+/* Is it what is played, or on its way to a time, and not to its first keys? */
 static bool loop_plays(const struct service_loop *loop,
                        const struct service_motion *motion)
 {
@@ -201,7 +201,7 @@ static bool loop_plays(const struct service_loop *loop,
     for (unsigned i = 0; i < loop->machine->rig->axis_count; i++)
         if (playback->axis[i].track != motion->track[i])
             return false;
-    return playback->is_loaded && playback->state == PLAYBACK_PLAYING;
+    return playback->is_loaded && playback->state != PLAYBACK_IDLE;
 }
 
 /* From where the axes are, or from where it is held. */

@@ -5,8 +5,9 @@
  * What must hold: no set point outside any limit; nothing moves in a state that
  * forbids it; a stop ends in rest within its bound, and so does a jog whose
  * client is gone or says nothing; every line has one answer, in order; nobody
- * moves anything who has not got control; no fault without a cause; and from
- * wherever a sequence has led there is a way to OFF.
+ * moves anything who has not got control; no fault without a cause; what goes to
+ * a time of the move, from wherever, is held there in time and on its track to
+ * the bit; and from wherever a sequence has led there is a way to OFF.
  *
  *   N=10000 build/tests/firmware/linux/service/test_service_random
  *   SEED=4711 N=1 ...     the one that failed */
@@ -198,6 +199,9 @@ static void judge_axis(unsigned i)
 static struct {
     uint64_t ticks, moving, holding, homing, jogging, back, faults, orphans;
     uint64_t coupled; /* jogging */
+    /* arrivals at a time of the move, by what was left: nothing, a hold, one in
+     * reverse, another way there; and stops and holds on the way */
+    uint64_t gone[4], cut, paused;
 } seen;
 
 static void count(void)
@@ -352,6 +356,24 @@ static unsigned pick(void)
     return i;
 }
 
+/* A time, in s or in frames, a key, or the start. */
+static void compose_go(char *to, size_t size)
+{
+    switch (pick_below(4)) {
+    case 0:
+        snprintf(to, size, ",\"to\":%.2f", pick_below(350) / 100.0);
+        break;
+    case 1:
+        snprintf(to, size, ",\"to\":\"f%u @ 24\"", pick_below(84));
+        break;
+    case 2:
+        snprintf(to, size, ",\"axis\":\"slide\",\"key\":%u", pick_below(6));
+        break;
+    default:
+        snprintf(to, size, ",\"to\":0");
+    }
+}
+
 /* Its members, most of them sensible. */
 static bool compose(unsigned which, char *text, size_t size)
 {
@@ -364,10 +386,8 @@ static bool compose(unsigned which, char *text, size_t size)
                  pick_below(2) ? "slide" : "lift", (int)pick_below(260) - 130,
                  0.01 + pick_below(200) / 100.0,
                  pick_below(4) ? "" : ",\"to\":20");
-    else if (strcmp(name, "go") == 0 && pick_below(2))
-        snprintf(to, size, ",\"to\":%.2f", pick_below(350) / 100.0);
     else if (strcmp(name, "go") == 0)
-        snprintf(to, size, ",\"axis\":\"slide\",\"key\":%u", pick_below(6));
+        compose_go(to, size);
     else if (strcmp(name, "gear") == 0)
         snprintf(to, size, ",\"axis\":\"lift\",\"to\":\"slide\",\"ratio\":%.2f",
                  (int)pick_below(400) / 100.0 - 2);
@@ -519,6 +539,117 @@ static void silence(void)
             violated("a dead man's jog is resumed");
 }
 
+/* --- to a time of the move --- */
+
+#define GO_S 20.0 /* 400 mm at a quarter of 200 mm/s, and what was left first */
+
+static bool is_held(void)
+{
+    const struct controller *controller = &bench.machine.controller;
+    return controller->state == CONTROLLER_HOLDING &&
+           controller->rate.rate_q30 == 0 && before[0].vel == 0 &&
+           before[1].vel == 0;
+}
+
+static bool is_there(void)
+{
+    return is_held() && bench.machine.playback.state == PLAYBACK_PLAYING;
+}
+
+/* Held at that time of it, every set point the track's to the bit. */
+static void judge_arrival(int64_t at_ns_q12)
+{
+    const struct playback *playback = &bench.machine.playback;
+    tick();
+    if (bench.machine.controller.rate.s_ns_q12 != at_ns_q12)
+        violated("it has gone to another time");
+    for (unsigned i = 0; i < bench.rig.axis_count; i++) {
+        struct motion_cursor cursor = { 0 };
+        struct motion_sample sample;
+        if (playback->axis[i].track == NULL)
+            continue;
+        motion_track_sample(playback->axis[i].track, &cursor, at_ns_q12,
+                            &sample);
+        if (sample.pos_q32 != bench.machine.controller.axis[i].target.pos_q32)
+            violated("it is not where the move is at that time");
+    }
+}
+
+/* A stop on the way: it does not go on by itself. */
+static void cuts(void)
+{
+    stop();
+    const double at[2] = { before[0].pos, before[1].pos };
+    ticks(200);
+    if (!troubled && (before[0].pos != at[0] || before[1].pos != at[1]))
+        violated("it goes on after a stop");
+    seen.cut++;
+}
+
+/* Goes on in time and arrives; a fault may end it. */
+static bool arrives(void)
+{
+    for (double t = 0; !is_there(); t += TICK_S) {
+        if (troubled && bench.machine.controller.state == CONTROLLER_FAULT)
+            return false;
+        if (t > GO_S)
+            violated("it does not arrive");
+        tick();
+    }
+    return true;
+}
+
+static void pauses(void)
+{
+    own(named("hold"));
+    for (double t = 0; !is_held() && strcmp(holder->error, "STATE") != 0;
+         t += TICK_S) {
+        if (troubled && bench.machine.controller.state == CONTROLLER_FAULT)
+            return;
+        if (t > REST_S)
+            violated("not at rest in time after a hold");
+        tick();
+    }
+    seen.paused += bench.machine.playback.state == PLAYBACK_GOING;
+}
+
+/* To wherever, from where it stands, is held, is held in reverse, or is already
+ * on its way. */
+static void jump(void)
+{
+    const struct controller *controller = &bench.machine.controller;
+    const struct playback *playback = &bench.machine.playback;
+    const unsigned from = playback->state == PLAYBACK_GOING         ? 3
+                          : controller->is_reversed                 ? 2
+                          : controller->state == CONTROLLER_HOLDING ? 1
+                                                                    : 0;
+    command(holder, named("go"));
+    if (holder->error[0] != '\0')
+        return;
+    const int64_t at_ns_q12 = playback->at_ns_q12;
+    ticks(pick_below(60));
+    const unsigned then = playback->state == PLAYBACK_GOING ? pick_below(6) : 6;
+    if (then == 0) {
+        cuts();
+        return;
+    }
+    if (then == 1)
+        return; /* something else comes meanwhile */
+    if (then <= 3) {
+        pauses();
+        if (pick_below(2) && playback->state == PLAYBACK_GOING) {
+            jump();
+            return;
+        }
+        if (playback->state == PLAYBACK_GOING)
+            own(named("resume"));
+    }
+    if (!arrives())
+        return;
+    judge_arrival(at_ns_q12);
+    seen.gone[from]++;
+}
+
 static void trouble(enum kind_trouble what)
 {
     const unsigned i = pick_below(2);
@@ -561,7 +692,8 @@ static const char *sensible(void)
 {
     static const char *const off[] = { "enable", "load" };
     static const char *const ready[] = { "home", "load",  "approach", "start",
-                                         "jog",  "start", "approach", "jog" };
+                                         "jog",  "start", "approach", "jog",
+                                         "go",   "go" };
     static const char *const coupled[] = { "jog", "jog", "jog", "uncouple" };
     static const char *const moving[] = { "hold",     "reverse", "override",
                                           "jog stop", "jog",     "stop" };
@@ -602,8 +734,10 @@ static void go_on(void)
 
 static void step(void)
 {
-    const unsigned what = pick_below(160);
-    if (what >= 100)
+    const unsigned what = pick_below(180);
+    if (what >= 160 && holder != NULL)
+        jump();
+    else if (what >= 100)
         go_on();
     else if (what < 60)
         command(holder != NULL && pick_below(8) ? holder
@@ -664,6 +798,24 @@ static void prepares(void)
     reaches(CONTROLLER_READY, "enable", "renew");
     own(named("home"));
     rests(30, "homing goes on");
+    if (pick_below(2) == 0)
+        return;
+    static const char *const in_turn[] = { "approach", "start", "hold",
+                                           "reverse" };
+    char text[512];
+    snprintf(text, sizeof text, "\"command\":\"load\",\"text\":\"%s\"",
+             move_text[pick_below(2)]);
+    client_send(holder, text, true);
+    answered(holder);
+    for (unsigned i = 0, count = pick_below(5); i < count; i++) {
+        own(named(in_turn[i]));
+        if (i == 0)
+            rests(GO_S, "it does not arrive");
+        else
+            ticks(pick_below(200));
+    }
+    if (pick_below(2))
+        jump();
 }
 
 /* From its seed alone: a machine and clients of its own. */
@@ -700,15 +852,23 @@ static void random_commands_keep_every_limit(void **unused)
         "%" PRIu64 " sequences, %" PRIu64 " ticks: %" PRIu64
         " in moves, %" PRIu64 " back, %" PRIu64 " held, %" PRIu64
         " jogging, %" PRIu64 " homing, %" PRIu64 " in faults; %" PRIu64
-        " jogs without their client, %" PRIu64 " ticks of them coupled\n",
+        " jogs without their client, %" PRIu64 " ticks of them coupled\n"
+        "went to a time: %" PRIu64 " from ready, %" PRIu64
+        " from a hold, %" PRIu64 " from reverse, %" PRIu64
+        " from on the way; %" PRIu64 " stopped and %" PRIu64
+        " held on the way\n",
         all, seen.ticks, seen.moving, seen.back, seen.holding, seen.jogging,
-        seen.homing, seen.faults, seen.orphans, seen.coupled);
+        seen.homing, seen.faults, seen.orphans, seen.coupled, seen.gone[0],
+        seen.gone[1], seen.gone[2], seen.gone[3], seen.cut, seen.paused);
     if (all < 500)
         return;
     assert_true(seen.moving > 2 * all && seen.back * 20 > all &&
                 seen.holding > all && seen.jogging > 10 * all &&
                 seen.homing > all && seen.faults > 0 && seen.orphans > 2 &&
                 seen.coupled > all);
+    for (unsigned i = 0; i < 4; i++)
+        assert_true(seen.gone[i] > 0);
+    assert_true(seen.gone[0] > all / 20 && seen.cut > 0 && seen.paused > 0);
 }
 
 static int up(void **unused)
