@@ -11,6 +11,7 @@
 #include "motion/plan/camera/plan_tool.h"
 #include "motion/plan/path/plan_joints.h"
 #include "motion/plan/plan_blend.h"
+#include "motion/plan/plan_couple.h"
 #include "motion/plan/plan_duration.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_roll.h"
@@ -394,6 +395,8 @@ int plan_compose_again(const struct plan_move *move,
         err = compose_duration(&self);
     if (err == MOTION_OK)
         err = compose_roll(&self);
+    if (err == MOTION_OK)
+        err = plan_couple_tracks(move, track, error);
     plan_progress_end(progress);
     if (err < 0)
         compose_drop(&self);
@@ -459,5 +462,8 @@ void plan_move_free(struct plan_move *move)
     free(move->warp);
     free(move->shoot);
     free(move->event);
+    for (uint32_t i = 0; i < move->couplings; i++)
+        plan_axis_free(&move->coupling[i].cam);
+    free(move->coupling);
     *move = (struct plan_move){ .axis_count = 0 };
 }

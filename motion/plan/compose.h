@@ -7,6 +7,7 @@
  *     duration                    plays all of it in that time
  *     pre-roll, post-roll         bring what begins or ends in motion up to speed
  *                                 before, and to rest after it
+ *     couplings                   gears and cams, on what comes of all that
  *
  * Off-line only: uses the heap. */
 #ifndef MOTION_PLAN_COMPOSE_H

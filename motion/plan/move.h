@@ -151,10 +151,11 @@ struct plan_profile {
  * X(name, word). */
 #define PLAN_DRIVER_LIST(X)                                                    \
     X(PLAN_BY_KEYS, "keys")                                                    \
-    X(PLAN_BY_PATH, "path")     /* plan_path.h */                              \
-    X(PLAN_BY_CAMERA, "camera") /* plan_camera.h */                            \
-    X(PLAN_BY_BLEND, "blend")   /* plan_blend.h */                             \
-    X(PLAN_BY_TIMING, "timing") /* plan_joints.h: keys without times */
+    X(PLAN_BY_PATH, "path")         /* plan_path.h */                          \
+    X(PLAN_BY_CAMERA, "camera")     /* plan_camera.h */                        \
+    X(PLAN_BY_BLEND, "blend")       /* plan_blend.h */                         \
+    X(PLAN_BY_TIMING, "timing")     /* plan_joints.h: keys without times */    \
+    X(PLAN_BY_COUPLING, "coupling") /* plan_couple.h */
 
 enum plan_driver {
 #define PLAN_DRIVER_ENUM(name, word) name,
@@ -207,6 +208,8 @@ struct plan_move {
     struct plan_shoot *shoot; /* frame by frame, plan_shoot.h; then no warp */
     struct plan_event *event; /* plan_event.h */
     uint32_t events;
+    struct plan_coupling *coupling; /* plan_couple.h */
+    uint32_t couplings;
 };
 
 /* What stopped planning: the key (index from 0; 0 when it is about the axis),

@@ -42,6 +42,10 @@ BEYOND = {
     "move_camera_no_direction",
     "move_camera_up_is_forward",
     "move_camera_without_path",  # a rig with kinematics needs none
+    "move_coupling_cam_curve",
+    "move_coupling_driven",
+    "move_coupling_order",
+    "move_coupling_unknown_master",
     "move_duplicate_axis",  # the YAML library keeps the last
     "move_ease_order",
     "move_easing_unused",

@@ -233,6 +233,14 @@ int move_read_warp(void *reader, const struct yaml_value *value, void *out);
 extern const struct yaml_shape move_blend_shape, move_layer_shape,
     move_fade_shape;
 
+/* --- move_load_couple.c --------------------------------------------------- */
+
+/* Gears and cams into reader->move, whose other axes have been read. */
+int move_read_couplings(void *reader, const struct yaml_value *value,
+                        void *out);
+
+extern const struct yaml_shape move_coupling_shape;
+
 /* --- move_load_event.c ---------------------------------------------------- */
 
 int move_read_events(void *reader, const struct yaml_value *value, void *out);
