@@ -171,12 +171,11 @@ void fmu_state_map_free(struct fmu_state_map *map)
 
 /* --- save and load --- */
 
-size_t fmu_state_size(const struct fmu_model *model)
+size_t fmu_state_size(struct fmu_model *model)
 {
     struct state_blocks blocks;
 
-    /* only looked at */
-    state_find(&blocks, (struct fmu_model *)(uintptr_t)model);
+    state_find(&blocks, model);
     state_leave(&blocks);
     return blocks.size;
 }

@@ -26,7 +26,7 @@ int fmu_state_map_init(struct fmu_state_map *map, const struct files *files,
 void fmu_state_map_free(struct fmu_state_map *map);
 
 /* Of a model that has been started. */
-size_t fmu_state_size(const struct fmu_model *model);
+size_t fmu_state_size(struct fmu_model *model);
 void fmu_state_save(const struct fmu_state_map *map, struct fmu_model *model,
                     unsigned char *bytes);
 /* -1, and nothing has changed: they are no state of that model. */
