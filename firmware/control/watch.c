@@ -120,11 +120,11 @@ static int64_t watch_allowance(const struct controller_axis_config *config,
 }
 
 /* Beyond its following error, that grows, in three ticks with an answer of its
- * drive: against what it is told, or away from there, faster and faster and faster
- * than told, or by a fifth faster than it may be at all.  No stop along the path
- * is for that.  One that is slow to brake, stands against something or has
- * slipped does none of it: torque is what stops it.  Small rather than fast:
- * something is wrong already. */
+ * drive: against what it is told, or away from there, faster and faster and by a
+ * sixteenth of its limit faster than told, or by a fifth faster than it may be at
+ * all.  No stop along the path is for that.  One that is slow to brake, stands
+ * against something or has slipped does none of it: torque is what stops it.  Small
+ * rather than fast: something is wrong already. */
 __attribute__((cold, noinline)) static void
 watch_runaway(struct controller *controller, unsigned i, uint64_t before)
 {
@@ -132,17 +132,16 @@ watch_runaway(struct controller *controller, unsigned i, uint64_t before)
     const int64_t most_q32 = controller->config.axis[i].limit.vel_q32;
     const int64_t told_q32 = axis->target.vel_q32;
     const int64_t vel_q32 = axis->feedback.vel_q32;
-    const uint64_t most = (uint64_t)most_q32;
+    const uint64_t little = (uint64_t)most_q32 / 16, creep = little / 16;
     const uint64_t told = motion_fixed_abs(told_q32);
-    const uint64_t vel = motion_fixed_abs(vel_q32);
     const uint64_t now = motion_fixed_abs(axis->following_q32);
-    /* told to creep, it has no direction to run against */
-    const bool is_against = (told_q32 ^ vel_q32) < 0 && told > vel / 16;
-    const bool is_away = (axis->following_q32 ^ vel_q32) < 0 && vel > told;
-    if (now < before || vel_q32 == 0 ||
-        axis->feedback.state != HAL_DRIVE_ENABLED ||
-        (!is_against && !(is_away && axis->is_faster) &&
-         vel <= most + most / 8 + most / 16))
+    uint64_t allowed = (uint64_t)most_q32 + 3 * little;
+    if ((told_q32 ^ vel_q32) < 0 && told > creep)
+        allowed = creep;
+    else if ((axis->following_q32 ^ vel_q32) < 0 && axis->is_faster)
+        allowed = told + little;
+    if (now < before || axis->feedback.state != HAL_DRIVE_ENABLED ||
+        motion_fixed_abs(vel_q32) <= allowed)
         axis->away = 0;
     else if (now > before && ++axis->away == RUNAWAY_TICKS)
         controller_raise(controller, CONTROLLER_FAULT_RUNAWAY, (int)i, vel_q32,

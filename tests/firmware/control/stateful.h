@@ -278,6 +278,8 @@ struct stateful_pressed {
 /* Answers of an axis, newest first, that say that it runs away. */
 struct stateful_away {
     int64_t error_q32, vel_q32, demand_q32, t_ns;
+    double told_q32; /* the fastest since it was followed last */
+    bool follows;
     int count;
 };
 

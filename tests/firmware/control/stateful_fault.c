@@ -181,25 +181,27 @@ static void judge_button(struct stateful *bench)
 /* --- an axis that runs away -------------------------------------------------- */
 
 /* Over the largest following error that there may be, which grows: away from
- * where it should be, faster and faster, and faster than that goes on
- * itself (by a hundredth: it is a mean over the tick). */
+ * where it should be, faster and faster, and by a quarter, and an eighth of its limit,
+ * faster than that went on itself when it was followed last. */
 static bool runs_away(const struct stateful *bench, unsigned i,
                       const struct stateful_away *now,
                       const struct stateful_away *before)
+{
+    const double least_q32 = (double)bench->axis_config[i].limit.vel_q32 / 8;
+    return stateful_axis_follows(&bench->axis[i]) && !now->follows &&
+           llabs(now->error_q32) > llabs(before->error_q32) &&
+           llabs(now->vel_q32) > llabs(before->vel_q32) &&
+           fabs((double)now->vel_q32) > now->told_q32 * 1.25 + least_q32 &&
+           (now->error_q32 < 0) != (now->vel_q32 < 0);
+}
+
+static bool follows(const struct stateful *bench, unsigned i, int64_t error_q32)
 {
     const struct controller_axis_config *config = &bench->axis_config[i];
     const double by_speed =
         (double)config->limit.vel_q32 * (double)config->following_k_ns / 1e9;
     const double most_q32 = fmax((double)config->following_floor_q32, by_speed);
-    const double told_q32 =
-        fabs((double)(now->demand_q32 - before->demand_q32)) * 1e9 /
-        (double)bench->controller.config.period_ns;
-    return stateful_axis_follows(&bench->axis[i]) &&
-           llabs(now->error_q32) > (int64_t)most_q32 + 1 &&
-           llabs(now->error_q32) > llabs(before->error_q32) &&
-           llabs(now->vel_q32) > llabs(before->vel_q32) &&
-           fabs((double)now->vel_q32) > told_q32 * 1.01 &&
-           (now->error_q32 < 0) != (now->vel_q32 < 0);
+    return llabs(error_q32) <= (int64_t)most_q32 + 1;
 }
 
 /* In three ticks in a row, each with an answer, the controller has had. */
@@ -215,6 +217,11 @@ static void judge_away(struct stateful *bench, unsigned i)
         .t_ns = axis->seen.t_ns,
         .count = before.count,
     };
+    const double told_q32 =
+        fabs((double)(away->demand_q32 - before.demand_q32)) * 1e9 /
+        (double)bench->controller.config.period_ns;
+    away->follows = follows(bench, i, away->error_q32);
+    away->told_q32 = away->follows ? told_q32 : fmax(told_q32, before.told_q32);
     const bool is_new = away->t_ns != before.t_ns;
     away->count =
         is_new && runs_away(bench, i, away, &before) ? before.count + 1 : 0;

@@ -625,10 +625,10 @@ static void follow_badly(struct fake_drive *drive, enum follows how)
         int64_t beside, vel; /* of what it is told, in halves */
     } row[FOLLOWS] = { { -4, -2 }, { 4, 4 }, { 2, 2 }, { -2, 0 }, { 2, 1 } };
     drive->offset_q32 += told_q32 / 2000 * row[how].beside;
-    if (how == RUNS_AHEAD) /* from what it is told on */
+    if (how == RUNS_AHEAD) /* of what it is told, and faster and faster */
         drive->vel_q32 =
             (drive->vel_q32 > told_q32 ? drive->vel_q32 : told_q32) +
-            told_q32 / 1000;
+            told_q32 / 50;
     else
         drive->vel_q32 = told_q32 / 2 * row[how].vel;
 }

@@ -609,12 +609,14 @@ static void a_goal_next_to_nothing_away_is_reached_at_one_percent(void **state)
 /* Episodes of a soak, by their seeds.  Its rate was on its way to just 0 and up
  * again, resumed, when it was held: it came to 0, went on up, and down again.
  * And an override in reverse, while the rate rose: what the new ramp began with
- * was not looked at.  Four axes slipped as they sped up or crept: they moved as they
+ * was not looked at.  Eight axes slipped as they sped up or crept: they moved as they
  * were told, and did not run away. */
 static void episodes_of_a_soak_are_as_they_should_be(void **state)
 {
     static const uint64_t seed[] = { 0x6b08ac16, 0x6b08c808, 0x6b07eb31,
-                                     0x6b07eef5, 0x6afd87dd, 0x6afd8885 };
+                                     0x6b07eef5, 0x6afd87dd, 0x6afd8885,
+                                     0x6b07f4cd, 0x6b07f649, 0x6b080c9c,
+                                     0x6b0810e7 };
     (void)state;
     for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
         stateful_episode(&bench, seed[k], 4000);
