@@ -204,12 +204,23 @@ static bool loop_plays(const struct service_loop *loop,
     return playback->is_loaded && playback->state != PLAYBACK_IDLE;
 }
 
+/* On the way to a place of it nobody would follow. */
+static bool loop_is_coupled(const struct service_loop *loop)
+{
+    for (unsigned i = 0; i < loop->machine->rig->axis_count; i++)
+        if (loop->machine->controller.axis[i].cam != NULL)
+            return true;
+    return false;
+}
+
 /* From where the axes are, or from where it is held. */
 static int loop_go(struct service_loop *loop,
                    const struct service_request *request)
 {
     int err = MOTION_OK;
-    if (loop->machine->controller.state == CONTROLLER_READY)
+    if (loop_is_coupled(loop))
+        err = MOTION_E_STATE;
+    else if (loop->machine->controller.state == CONTROLLER_READY)
         err = loop_load(loop, request);
     else if (!loop_plays(loop, request->motion))
         err = MOTION_E_STATE;
