@@ -135,13 +135,20 @@ static bool controller_is_there(const struct controller_axis *axis,
 /* Rounding leaves an end of a ramp at less than 2^-20 unit/s. */
 #define STANDS_Q32 ((int64_t)1 << 12)
 
-/* Outside the range it moves inward alone. */
+/* Outside the range it moves inward alone; of a window, which does not show the
+ * whole of the move, nothing may be outside. */
 static bool controller_only_comes_in(const struct controller_axis_config *range,
                                      const struct motion_track *track)
 {
-    for (uint32_t i = 0; i < track->count; i++) {
+    const bool is_window = track->outline != NULL;
+    for (uint32_t i = 0; i < (is_window ? 1 : track->count); i++) {
         struct motion_extreme extreme[MOTION_JERK + 1];
-        motion_segment_extremes(&track->segment[i], extreme);
+        if (is_window) {
+            motion_track_extreme(track, MOTION_POS, &extreme[MOTION_POS]);
+            motion_track_extreme(track, MOTION_VEL, &extreme[MOTION_VEL]);
+        } else {
+            motion_segment_extremes(&track->segment[i], extreme);
+        }
         const struct motion_extreme *pos = &extreme[MOTION_POS];
         const struct motion_extreme *vel = &extreme[MOTION_VEL];
         if ((pos->min < range->pos_min_q32 - MOTION_TRACK_POS_ROUNDING &&

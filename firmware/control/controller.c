@@ -188,6 +188,7 @@ controller_react(struct controller *controller)
         controller_any_by_profile(controller) ||
         (controller->jog != NULL && controller_any_coupled(controller));
     if (controller->reaction == CONTROLLER_REACT_OFF ||
+        controller->state == CONTROLLER_FAULT || /* held */
         !(controller_in_motion(controller) || by_profile)) {
         controller_enter_fault(controller);
         return;

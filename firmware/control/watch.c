@@ -12,12 +12,14 @@
 #define LOST_MAX      100 /* ten in a row */
 #define RUNAWAY_TICKS 3   /* of two bits */
 
-/* An axis that goes to goals is to stay where it stands. */
-static void watch_place(struct controller_axis *axis)
+/* An axis that goes to goals is to stay where it stands, in whatever mode its
+ * drive is enabled. */
+static void watch_place(struct controller_axis *axis, bool enabling)
 {
-    const bool stands = axis->feedback.state == HAL_DRIVE_ENABLED &&
-                        axis->feedback.mode == HAL_DRIVE_PROFILE_POSITION &&
-                        !controller_goal_is_running(&axis->leg);
+    const bool stands =
+        axis->feedback.state == HAL_DRIVE_ENABLED &&
+        (axis->feedback.mode == HAL_DRIVE_PROFILE_POSITION || enabling) &&
+        !controller_goal_is_running(&axis->leg);
     if (!axis->stands)
         axis->stands_q32 = axis->feedback.pos_q32;
     axis->stands = stands;
@@ -39,7 +41,7 @@ void controller_watch_read(struct controller *controller)
             controller->config.axis[i].needs_homing)
             axis->homed = false; /* where it comes back is not known */
         if (controller->config.axis[i].by_goals)
-            watch_place(axis);
+            watch_place(axis, controller->enabling);
     }
 }
 
@@ -120,11 +122,11 @@ static int64_t watch_allowance(const struct controller_axis_config *config,
 }
 
 /* Beyond its following error, that grows, in three ticks with an answer of its
- * drive: against what it is told, or away from there, faster and faster and by a
- * sixteenth of its limit faster than told, or by a fifth faster than it may be at
- * all.  No stop along the path is for that.  One that is slow to brake, stands
- * against something or has slipped does none of it: torque is what stops it.  Small
- * rather than fast: something is wrong already. */
+ * drive: against what it is told, which is no creep, or away from there and faster
+ * and faster, either by more than a sixteenth of its limit, or by a fifth faster
+ * than it may be at all.  No stop along the path is for that.  One that is slow to
+ * brake, stands against something or has slipped does none of it: torque is what
+ * stops it.  Small rather than fast: something is wrong already. */
 __attribute__((cold, noinline)) static void
 watch_runaway(struct controller *controller, unsigned i, uint64_t before)
 {
@@ -132,12 +134,12 @@ watch_runaway(struct controller *controller, unsigned i, uint64_t before)
     const int64_t most_q32 = controller->config.axis[i].limit.vel_q32;
     const int64_t told_q32 = axis->target.vel_q32;
     const int64_t vel_q32 = axis->feedback.vel_q32;
-    const uint64_t little = (uint64_t)most_q32 / 16, creep = little / 16;
+    const uint64_t little = (uint64_t)most_q32 / 16;
     const uint64_t told = motion_fixed_abs(told_q32);
     const uint64_t now = motion_fixed_abs(axis->following_q32);
     uint64_t allowed = (uint64_t)most_q32 + 3 * little;
-    if ((told_q32 ^ vel_q32) < 0 && told > creep)
-        allowed = creep;
+    if ((told_q32 ^ vel_q32) < 0 && told > little)
+        allowed = little;
     else if ((axis->following_q32 ^ vel_q32) < 0 && axis->is_faster)
         allowed = told + little;
     if (now < before || axis->feedback.state != HAL_DRIVE_ENABLED ||

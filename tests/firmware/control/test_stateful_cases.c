@@ -606,17 +606,26 @@ static void a_goal_next_to_nothing_away_is_reached_at_one_percent(void **state)
     assert_true(bench.axis[0].pos_q32 == 100 * UNIT + 101);
 }
 
-/* Episodes of a soak, by their seeds.  Its rate was on its way to just 0 and up
- * again, resumed, when it was held: it came to 0, went on up, and down again.
- * And an override in reverse, while the rate rose: what the new ramp began with
- * was not looked at.  Eight axes slipped as they sped up or crept: they moved as they
- * were told, and did not run away. */
+/* Episodes of a soak, by their seeds:
+ *   - the rate was on its way to just 0 and up again, resumed, when it was held: it
+ *     came to 0, went on up, and down again;
+ *   - an override in reverse, while the rate rose: what the new ramp began with was
+ *     not looked at;
+ *   - axes slipped as they sped up or crept: they moved as they were told, and did
+ *     not run away;
+ *   - an axis that goes to goals ran away while its drive was enabled in the mode of
+ *     set points, and nobody watched;
+ *   - a second fault, with a drive in a mode of its own, led from a fault that held
+ *     to stopping;
+ *   - a move that is not in memory as a whole left the range, as its axis had begun
+ *     outside. */
 static void episodes_of_a_soak_are_as_they_should_be(void **state)
 {
-    static const uint64_t seed[] = { 0x6b08ac16, 0x6b08c808, 0x6b07eb31,
-                                     0x6b07eef5, 0x6afd87dd, 0x6afd8885,
-                                     0x6b07f4cd, 0x6b07f649, 0x6b080c9c,
-                                     0x6b0810e7 };
+    static const uint64_t seed[] = {
+        0x6b08ac16, 0x6b08c808, 0x6b07eb31, 0x6b07eef5, 0x6afd87dd, 0x6afd8885,
+        0x6b07f4cd, 0x6b07f649, 0x6b080c9c, 0x6b0810e7, 0x6b082302, 0x6b08339b,
+        0x6b08795b, 0x6b084a51, 0x6b08b328, 0x6b083227,
+    };
     (void)state;
     for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
         stateful_episode(&bench, seed[k], 4000);
