@@ -85,7 +85,12 @@ def fail(what, said):
     sys.exit("progress.py: %s: %r" % (what, said[-2000:]))
 
 
-def check_slow(slew, words, status, what="planning: camera"):
+def percents(said, what):
+    return [int(n) for n in re.findall(re.escape(what) + r" +(\d+) %", said)]
+
+
+def check_slow(slew, words, status, what="planning: camera", then=""):
+    """`then`: what may follow, and is due when it takes a second itself."""
     ended, said, first, took = on_terminal([slew, *words])
     if ended != status:
         fail("%s: status %d" % (words, ended), said)
@@ -93,19 +98,23 @@ def check_slow(slew, words, status, what="planning: camera"):
         return shown(said)  # the line is due after a second of the work alone
     if what not in said or first < 0.99:
         fail("%s: first after %.2f s" % (words, first or 0), said)
-    percent = [int(n) for n in re.findall(re.escape(what) + r" +(\d+) %", said)]
+    percent = percents(said, what)
     if percent != sorted(percent) or (status == 0 and percent[-1] < 30):
+        fail("%s: %s" % (words, percent), said)
+    percent = percents(said, then) if then else []
+    if percent != sorted(percent):
         fail("%s: %s" % (words, percent), said)
     return shown(said)
 
 
-def keyed(directory, count):
+def keyed(directory, count, curve="quintic"):
     """One axis of many keys; the others go with it, so that rows are long."""
     move = directory / "keyed.yaml"
     end = (count - 1) * 0.25
     move.write_text("axes:\n" + "".join(
         "  %s: {keys: [[0 s, 0], [%.2f s, 1]]}\n" % (name, end)
-        for name in AXES if name != "pan") + "  pan:\n    keys:\n" + "".join(
+        for name in AXES if name != "pan") + "  pan:\n    curve: %s\n    keys:\n"
+        % curve + "".join(
             "    - [%.2f s, %d]\n" % (i * 0.25, i % 2)
             for i in range(count)))
     return move
@@ -129,8 +138,9 @@ def check_keyed(slew, directory, rig):
         directory / "out.png"], "drawing: panels")
     if check_slow(slew, drawn, 0, "drawing: panels"):
         fail("left on the terminal", "drawing")
-    judged = slow_enough(slew, directory, ["check", rig], [], "judging: pan")
-    if check_slow(slew, judged, 0, "judging: pan"):
+    # a span of bezier is some twenty segments, and there may be 8 million
+    judged = ["check", rig, keyed(directory, 320000, "bezier")]
+    if check_slow(slew, judged, 0, "planning: pan", then="judging: pan"):
         fail("left on the terminal", "judging")
     # 960,000 rows; a million is the most
     write = ["export", "csv", rig, keyed(directory, 160000), "--out", out,

@@ -1079,7 +1079,7 @@ static void a_long_list_of_names_is_cut(void **state)
     assert_int_equal(move_load(&disk_files, GOOD_MOVE, &other, &move, message),
                      -1);
     assert_true(is_well_formed(GOOD_MOVE, message));
-    assert_non_null(strstr(message, "long_nag ..."));
+    assert_non_null(strstr(message, "long_nai ..."));
 }
 
 static void a_hundred_thousand_keys_are_read(void **state)
