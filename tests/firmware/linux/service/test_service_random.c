@@ -586,9 +586,11 @@ static void cuts(void)
     seen.cut++;
 }
 
-/* Goes on in time and arrives; a fault may end it. */
+/* Goes on in time, at full speed, and arrives; a fault may end it. */
 static bool arrives(void)
 {
+    client_send(holder, "\"command\":\"override\",\"percent\":100", false);
+    answered(holder);
     for (double t = 0; !is_there(); t += TICK_S) {
         if (troubled && bench.machine.controller.state == CONTROLLER_FAULT)
             return false;
