@@ -204,6 +204,23 @@ static bool follows(const struct stateful *bench, unsigned i, int64_t error_q32)
     return llabs(error_q32) <= (int64_t)most_q32 + 1;
 }
 
+/* The set point in force is one that the controller has sent: two periods ago,
+ * and it reads the answer a period later. */
+static bool is_told(const struct stateful_away *away)
+{
+    return away->ticks > 3;
+}
+
+/* Against where it is told to go, neither of which is a creep. */
+static bool is_against(const struct stateful *bench, unsigned i,
+                       const struct stateful_away *away, double told_q32)
+{
+    const double creep_q32 = (double)bench->axis_config[i].limit.vel_q32 / 32;
+    return !away->follows && fabs(told_q32) > creep_q32 &&
+           fabs((double)away->vel_q32) > creep_q32 &&
+           (told_q32 < 0) != (away->vel_q32 < 0);
+}
+
 /* In three ticks in a row, each with an answer, the controller has had. */
 static void judge_away(struct stateful *bench, unsigned i)
 {
@@ -215,16 +232,19 @@ static void judge_away(struct stateful *bench, unsigned i)
         .vel_q32 = axis->seen.vel_q32,
         .demand_q32 = axis->seen.demand_q32,
         .t_ns = axis->seen.t_ns,
+        .ticks = stateful_axis_follows(axis) ? before.ticks + 1 : 0,
         .count = before.count,
     };
-    const double told_q32 =
-        fabs((double)(away->demand_q32 - before.demand_q32)) * 1e9 /
-        (double)bench->controller.config.period_ns;
+    const double told_q32 = (double)(away->demand_q32 - before.demand_q32) *
+                            1e9 / (double)bench->controller.config.period_ns;
     away->follows = follows(bench, i, away->error_q32);
-    away->told_q32 = away->follows ? told_q32 : fmax(told_q32, before.told_q32);
+    away->against = is_against(bench, i, away, told_q32);
+    away->told_q32 =
+        away->follows ? fabs(told_q32) : fmax(fabs(told_q32), before.told_q32);
     const bool is_new = away->t_ns != before.t_ns;
-    away->count =
-        is_new && runs_away(bench, i, away, &before) ? before.count + 1 : 0;
+    away->count = is_new && is_told(away) && runs_away(bench, i, away, &before)
+                      ? before.count + 1
+                      : 0;
     if (away->count >= AWAY_TICKS && axis->request == HAL_DRIVE_REQUEST_ENABLE)
         stateful_violate(
             bench, STATEFUL_RUNS_AWAY, (int)i, "%.3f off, %.3f unit/s",
@@ -234,7 +254,7 @@ static void judge_away(struct stateful *bench, unsigned i)
 static bool any_runs_away(const struct stateful *bench)
 {
     for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->axis[i].runaway != 0)
+        if (bench->axis[i].runaway != 0 || bench->judge.away[i].against)
             return true;
     return false;
 }
