@@ -124,8 +124,10 @@ static void planner_judge(struct service_move *move)
 static void planner_reserve(struct service_motion *motion, unsigned axes,
                             struct memory_pool *memory)
 {
-    motion->track = memory_pool_new(memory, axes, sizeof *motion->track);
-    motion->goal = memory_pool_new(memory, axes, sizeof *motion->goal);
+    motion->track =
+        memory_pool_new(memory, axes, sizeof(struct motion_track *));
+    motion->goal =
+        memory_pool_new(memory, axes, sizeof(struct controller_goal *));
     motion->goal_count =
         memory_pool_new(memory, axes, sizeof *motion->goal_count);
 }
