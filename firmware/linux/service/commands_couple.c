@@ -18,6 +18,7 @@ void service_cam_free(struct service_control *control)
          i++)
         for (unsigned k = 0; k < 2; k++)
             plan_track_free(&control->cam[i].track[k]);
+    control->cam = NULL; /* the pool's */
 }
 
 /* "axis", and "to", which it is to follow.  False: it has been refused. */

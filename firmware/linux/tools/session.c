@@ -73,7 +73,7 @@ static int session_take_kind(struct session *session,
                              const struct session_config *config, bool is_rig,
                              char message[YAML_MESSAGE_MAX])
 {
-    struct rig_bus *bus = &session->rig.bus[0];
+    struct rig_bus *bus = session->rig.bus;
 
     for (unsigned i = 0; i < RIG_DRIVE_KINDS && config->kind != NULL; i++) {
         const struct tool_kind *kind = tool_kinds[i];
