@@ -150,9 +150,8 @@ static int rig_read_bus(void *reader, uint32_t key,
     struct rig_bus *bus = &self->rig->bus[self->rig->bus_count++];
     struct yaml_value value = *entry;
 
-    /* the rest, padding too, is 0 as the pool gave it (linux/fmu/fmu_state.c) */
-    bus->node_id = 127;
-    bus->place = yaml_tree_place(entry->tree, key);
+    *bus = (struct rig_bus){ .node_id = 127,
+                             .place = yaml_tree_place(entry->tree, key) };
     memcpy(bus->name, entry->name, strlen(entry->name) + 1);
     value.expected = "a map with kind and bit_rate";
     if (strncmp(rig_kind_of(&value), "modbus", 6) == 0)

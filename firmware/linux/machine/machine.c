@@ -22,16 +22,18 @@ static int machine_fail(char message[YAML_MESSAGE_MAX], const char *kind,
     return err;
 }
 
-/* Heartbeats of ours: three before the drives' watchdog runs out. */
+/* Heartbeats of ours: three before the drives' watchdog runs out.  Its padding is
+ * copied too, and is 0: machines of one rig are to be the same
+ * (linux/fmu/fmu_state.c). */
 static int machine_init_bus(struct machine *machine, unsigned i)
 {
     const struct rig *rig = machine->rig;
-    const struct canopen_config config = {
-        .node_id = rig->bus[i].node_id,
-        .sync_period_ns = rig->period_ns,
-        .heartbeat_period_ns = rig->watchdog_ns / 3,
-        .sync_overflow = rig->bus[i].sync_counter,
-    };
+    struct canopen_config config;
+    memset(&config, 0, sizeof config);
+    config.node_id = rig->bus[i].node_id;
+    config.sync_period_ns = rig->period_ns;
+    config.heartbeat_period_ns = rig->watchdog_ns / 3;
+    config.sync_overflow = rig->bus[i].sync_counter;
     machine->fieldbus[i] = &machine->bus[i].fieldbus;
     return canopen_init(&machine->bus[i], machine->ports.can[i], &config);
 }
