@@ -114,7 +114,10 @@ static int move_read_loop(void *reader, const struct yaml_value *value,
 
     if (move_refuse_guest(reader, value) < 0)
         return -1;
-    if (strcmp(yaml_value_text(value), "forever") != 0 &&
+    const char *const text = yaml_value_text(value);
+    if (text == NULL)
+        return -1;
+    if (strcmp(text, "forever") != 0 &&
         yaml_value_integer(value, 1, MOVE_TIMES_MAX, &times) < 0)
         return -1;
     move->times = (int32_t)times;
