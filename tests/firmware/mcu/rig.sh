@@ -69,10 +69,10 @@ whole()
     grep -q '^state 0 silent 0' "$dir/$leg.log" || { tail -1 "$dir/$leg.log"; exit 1; }
 }
 
-# moving: a run in the middle of a move
+# moving [PAN TILT]: a run in the middle of a move
 moving()
 {
-    at_board
+    at_board "$@"
     : >"$dir/$leg.out"
     "$SLEW" run --real --yes "$dir/$leg.yaml" "$dir/move.yaml" --loop 0 \
         >"$dir/$leg.out" 2>&1 </dev/null &
@@ -99,10 +99,12 @@ comes()
     exit 1
 }
 
-# The guardian is left, and takes torque off.
+# The guardian is left, and takes torque off.  A run that is killed within a
+# transaction leaves half of it on the line, and the first questions of the guardian
+# may time out: the board waits for longer than these take.
 killed()
 {
-    moving
+    moving ", watch: 5 s" ", watch: 5 s"
     kill -9 $run || { cat "$dir/$leg.out"; exit 1; }
     comes '0 silent 0' "slew run killed: torque is off"
 }
