@@ -616,8 +616,8 @@ static void pauses(void)
 }
 
 /* To wherever, from where it stands, is held, is held in reverse, or is already
- * on its way. */
-static void jump(void)
+ * on its way.  True: it was held on its way, and another jump follows. */
+static bool jump(void)
 {
     const struct controller *controller = &bench.machine.controller;
     const struct playback *playback = &bench.machine.playback;
@@ -627,29 +627,28 @@ static void jump(void)
                                                                     : 0;
     command(holder, named("go"));
     if (holder->error[0] != '\0')
-        return;
+        return false;
     const int64_t at_ns_q12 = playback->at_ns_q12;
     ticks(pick_below(60));
     const unsigned then = playback->state == PLAYBACK_GOING ? pick_below(6) : 6;
     if (then == 0) {
         cuts();
-        return;
+        return false;
     }
     if (then == 1)
-        return; /* something else comes meanwhile */
+        return false; /* something else comes meanwhile */
     if (then <= 3) {
         pauses();
-        if (pick_below(2) && playback->state == PLAYBACK_GOING) {
-            jump();
-            return;
-        }
+        if (pick_below(2) && playback->state == PLAYBACK_GOING)
+            return true;
         if (playback->state == PLAYBACK_GOING)
             own(named("resume"));
     }
     if (!arrives())
-        return;
+        return false;
     judge_arrival(at_ns_q12);
     seen.gone[from]++;
+    return false;
 }
 
 static void trouble(enum kind_trouble what)
@@ -738,7 +737,8 @@ static void step(void)
 {
     const unsigned what = pick_below(180);
     if (what >= 160 && holder != NULL)
-        jump();
+        while (jump())
+            continue;
     else if (what >= 100)
         go_on();
     else if (what < 60)
@@ -817,7 +817,8 @@ static void prepares(void)
             ticks(pick_below(200));
     }
     if (pick_below(2))
-        jump();
+        while (jump())
+            continue;
 }
 
 /* From its seed alone: a machine and clients of its own. */
