@@ -15,10 +15,10 @@
 #define RAMP_LOOKS_MAKE  8
 #define RAMP_LOOKS_SWEEP 256
 
-/* How many lengths are tried to bring r' > 0 to 0 in, before those in between;
+/* How many ticks before its end every length of what brings r' > 0 to 0 is tried;
  * how many ticks later that may begin at the latest. */
-#define RAMP_LEVEL_RUNGS 96
-#define RAMP_LEVEL_WAIT  64
+#define RAMP_LEVEL_NEAR 16
+#define RAMP_LEVEL_WAIT 64
 
 /* value / 2^(eighths / 8), at least 1 */
 static int64_t ramp_rung(int64_t value, unsigned eighths)
@@ -206,12 +206,13 @@ static struct motion_clock_rate ramp_after(const struct controller *controller,
     return then;
 }
 
-/* The next length of a ladder: every one up to 32 ticks, as one alone may fit
- * among those that do not, just before a border of segments; from there a
- * thirty-second longer. */
-static int64_t ramp_level_longer(int64_t ticks)
+/* The next length of a ladder, after one that did not fit `left` ticks before its
+ * end: a quarter of these more, for what fails long before its end fails by its
+ * r'', and so do all that are a little longer.  Near the end every one, as one
+ * alone may fit among those that do not, just before a border of segments. */
+static int64_t ramp_level_longer(int64_t ticks, int64_t left)
 {
-    return ticks + ticks / 32 + 1;
+    return ticks + ramp_most((left - RAMP_LEVEL_NEAR) / 4, ticks / 32) + 1;
 }
 
 /* In so few ticks as the limits allow, after `wait`. */
@@ -221,10 +222,11 @@ static bool ramp_level_least(const struct controller *controller,
                              struct motion_clock_warp *warp)
 {
     const struct motion_clock_rate then = ramp_after(controller, wait);
-    const int64_t wait_ns = wait->ticks * controller->config.period_ns;
+    const int64_t period_ns = controller->config.period_ns;
+    const int64_t wait_ns = wait->ticks * period_ns;
     int64_t ticks = ramp_level_ticks(controller, &then, stop), low = ticks - 1;
     effort->dt_ns = wait_ns;
-    for (unsigned i = 0; i <= RAMP_LEVEL_RUNGS && effort->looks > 0; i++) {
+    while (effort->looks > 0) {
         const int fits =
             ramp_levels(controller, wait, ticks, stop, effort, warp);
         if (fits < 0 || (fits == 0 && effort->dt_ns < wait_ns))
@@ -235,46 +237,37 @@ static bool ramp_level_least(const struct controller *controller,
             return true;
         }
         low = ticks;
-        ticks = ramp_level_longer(ticks);
-    }
-    return false;
-}
-
-/* Where the limits leave no r'' < 0 yet: r' rises no further until they do, or
- * as little as they leave, in quarters of what the ramp in force would. */
-static bool ramp_level_later(const struct controller *controller,
-                             const struct motion_clock_rate *now, bool stop,
-                             struct ramp_effort *effort,
-                             struct motion_clock_warp *warp)
-{
-    if (now->accel_q30 <= 0 || now->jerk_q30 < 0)
-        return false;
-    for (int64_t part = 0; part < (now->jerk_q30 > 0 ? 4 : 1); part++) {
-        struct ramp_wait wait = { 1, now->jerk_q30 / 4 * part };
-        for (; wait.ticks <= RAMP_LEVEL_WAIT && effort->looks > 0;
-             wait.ticks += wait.ticks / 2 + 1)
-            if (ramp_level_least(controller, &wait, stop, effort, warp))
-                return true;
+        ticks = ramp_level_longer(ticks,
+                                  (warp->dur_ns - effort->dt_ns) / period_ns);
     }
     return false;
 }
 
 /* What slows down does not speed up first: whatever ramp will fit, r' is
  * brought to 0 from now on, as fast as the limits allow, where the ramp in
- * force would go up, and the search goes on from there. */
+ * force would go up, and the search goes on from there.  Where the limits leave
+ * no r'' < 0 yet r' rises no further until they do, or as little as they leave,
+ * in quarters of what the ramp in force would. */
 static void ramp_level(struct controller *controller, bool stop,
                        struct ramp_effort *effort)
 {
-    static const struct ramp_wait none = { 0, 0 };
     struct controller_seek *seek = &controller->seek;
     const struct motion_clock_rate now = controller_ramp_now(controller);
     const bool rises =
         now.accel_q30 > 0 || controller->warp.rate1_q30 > now.rate_q30;
+    struct ramp_wait wait = { 0, 0 };
     struct motion_clock_warp warp;
-    if (seek->is_level || !rises || controller->wanted_q30 >= now.rate_q30 ||
-        (!ramp_level_least(controller, &none, stop, effort, &warp) &&
-         !ramp_level_later(controller, &now, stop, effort, &warp)))
+    if (seek->is_level || !rises || controller->wanted_q30 >= now.rate_q30)
         return;
+    while (!ramp_level_least(controller, &wait, stop, effort, &warp)) {
+        wait.ticks += wait.ticks / 2 + 1;
+        if (wait.ticks > RAMP_LEVEL_WAIT)
+            wait =
+                (struct ramp_wait){ 1, wait.jerk_q30 + now.jerk_q30 / 4 + 1 };
+        if (now.accel_q30 <= 0 || wait.jerk_q30 > now.jerk_q30 ||
+            effort->looks <= 0)
+            return;
+    }
     controller->warp = warp;
     seek->is_level = true;
 }
