@@ -54,7 +54,7 @@ static inline bool oracle_keeps(const struct motion_clock_limit *limit,
                                 const struct motion_state *f,
                                 const struct oracle_clock *at)
 {
-    const double most = 1 + 1e-6, r = at->r;
+    const double most = 1 + 1e-8, r = at->r;
     const double f1 = (double)f->vel_q32 * 0x1p-32;
     const double f2 = (double)f->acc_q32 * 0x1p-32;
     const double f3 = (double)f->jerk_q32 * 0x1p-32;
@@ -62,9 +62,9 @@ static inline bool oracle_keeps(const struct motion_clock_limit *limit,
     const double acc = (double)limit->acc_q32 * 0x1p-32;
     const double third = (double)limit->jerk_q32 * 0x1p-32;
     return fabs(f1 * r) <= vel * most &&
-           fabs(f2 * r * r + f1 * at->a) <= acc * most + 1e-4 &&
+           fabs(f2 * r * r + f1 * at->a) <= acc * most + 1e-6 &&
            (limit->jerk_q32 == 0 || fabs(f3 * r * r * r + 3 * f2 * r * at->a +
-                                         f1 * at->jerk) <= third * most + 1e-4);
+                                         f1 * at->jerk) <= third * most + 1e-6);
 }
 
 /* Both sides of the borders of segments that the clock comes to in a piece:
@@ -116,10 +116,10 @@ static inline bool oracle_axis_fits(const struct controller *c, unsigned i,
     return n == 0 || oracle_borders(track, limit, piece, t1);
 }
 
-static inline bool oracle_fits(const struct controller *c,
-                               const struct oracle_ramp *ramp, bool stop)
+static inline bool oracle_fits_by(const struct controller *c,
+                                  const struct oracle_ramp *ramp, bool stop,
+                                  double step)
 {
-    const double step = oracle_duration(ramp) / ORACLE_SAMPLES;
     struct oracle_clock at = { ramp->s, ramp->r, ramp->a, 0 };
     for (int k = 0; k < 4; k++) {
         const double t1 = ramp->piece[k].t;
@@ -132,6 +132,17 @@ static inline bool oracle_fits(const struct controller *c,
         at = oracle_at(&at, t1);
     }
     return true;
+}
+
+/* Few samples rule most ramps out; what they leave is judged at every tick: just
+ * after its begin an axis may be over its limit for a few of them alone. */
+static inline bool oracle_fits(const struct controller *c,
+                               const struct oracle_ramp *ramp, bool stop)
+{
+    const double step = oracle_duration(ramp) / ORACLE_SAMPLES;
+    const double tick = (double)c->config.period_ns * 1e-9;
+    return oracle_fits_by(c, ramp, stop, step) &&
+           (step <= tick || oracle_fits_by(c, ramp, stop, tick));
 }
 
 /* The largest J that brings r' > 0 to 0 in a whole number of ticks, from here or

@@ -18,12 +18,18 @@ enum request { HOLD, STOP, FAULT };
 #define COMPARE  16
 #define COMPARED 8192
 
+/* To the shortest, with what whole ticks cost short ramps: so close are nine of
+ * ten, and of those that are not found at once all but one in so many compared. */
+#define CLOSE      1.15
+#define ONE_MISSED 500
+
 /* What came of all slow-downs. */
 static struct {
     unsigned requested, rose, waited, later, quick, late;
-    double rise, rest_s, share; /* the largest; share of the bound */
-    unsigned compared, missed;  /* no ramp was found, but there is one */
-    double ratio[COMPARED];     /* to the oracle's duration */
+    double rise, rest_s, share;     /* the largest; share of the bound */
+    unsigned compared, found_later; /* than at once, where there is one; */
+    unsigned missed;                /* and far from the shortest */
+    double ratio[COMPARED];         /* to the oracle's duration */
 } tally;
 
 static double rate_of(int64_t q30)
@@ -56,11 +62,11 @@ static int64_t bound_of(const struct controller *c, enum request request)
 /* r' has to be brought to 0, by the largest J that keeps every axis inside its
  * limits, in L = a / J: the rate rises by a L / 2.  The controller counts in
  * whole ticks, takes one more where its looks and set points are rounded, and
- * the rate is seen at ticks: three ticks of L.  It tries every length up to 32
- * ticks, then such that are a thirty-second apart, then those between one that
- * does not fit and the next that does; where a shorter one would, but not all
- * up to there (a border of segments comes just after its end), that is a
- * thirty-second of L.  Where no J fits yet r' is
+ * the rate is seen at ticks: three ticks of L.  Where a length fails near its end
+ * it tries every one up to 32 ticks, then such that are a thirty-second apart, then
+ * those between one that does not fit and the next that does; where a shorter one
+ * would, but not all up to there (a border of segments comes just after its end),
+ * that is a thirty-second of L.  Where no J fits yet r' is
  * kept first, or rises by so many quarters of what it was going to, for as many
  * ticks as let one fit then; where none does the clock goes on as it was going
  * to: INFINITY.  On the way it looks for a level a quarter shorter: `longer` is
@@ -106,9 +112,10 @@ static double unavoidable(const struct controller *c, bool stop, double longer)
     return isinf(most) ? rises_later(c, &at, stop) : most;
 }
 
-/* The ramp that was found at once, beside the shortest. */
-static void compare(const struct controller *c,
-                    const struct motion_clock_rate *from, bool stop)
+/* The ramp that was found at once, beside the shortest.  Where none was: how long
+ * the shortest takes that there is, or 0. */
+static double compare(const struct controller *c,
+                      const struct motion_clock_rate *from, bool stop)
 {
     const bool is_found = c->warp.rate1_q30 == 0 &&
                           c->reaction < CONTROLLER_REACT_QUICK &&
@@ -119,12 +126,23 @@ static void compare(const struct controller *c,
     /* rests: every axis stood, so the clock does at once */
     if (c->is_brake || from->rate_q30 == 0 || took <= 0 || rests(c) ||
         tally.compared >= COMPARED)
-        return;
+        return 0;
     const double least = oracle_shortest(c, from, stop, took);
     if (is_found)
         tally.ratio[tally.compared++] = took / least;
-    else
-        tally.missed += least < took ? 1u : 0u;
+    return is_found || least >= took ? 0 : least;
+}
+
+/* What is not found at once is looked for in every tick: a ramp that begins later
+ * may end sooner. */
+static void compare_later(const struct controller *c, double rest_s,
+                          double least)
+{
+    const double ratio =
+        c->reaction < CONTROLLER_REACT_QUICK ? rest_s / least : INFINITY;
+    tally.ratio[tally.compared++] = ratio;
+    tally.found_later++;
+    tally.missed += ratio > CLOSE ? 1u : 0u;
 }
 
 static void no_gate(const struct controller *c)
@@ -171,13 +189,13 @@ static void slow_down(enum request request)
     const bool stop = request == FAULT;
     const double before = rate_of(c->rate.rate_q30);
     const int64_t from_ns = c->clock_ns, bound_ns = bound_of(c, request);
-    double highest = 0, most = unavoidable(c, stop, 1);
+    double highest = 0, most = unavoidable(c, stop, 1), least = 0;
     struct motion_clock_rate from;
     motion_clock_warp_at(&c->warp, c->clock_ns, &from);
     tally.waited += isinf(most) ? 1u : 0u;
     query(request);
     if (++tally.requested % COMPARE == 0)
-        compare(c, &from, stop);
+        least = compare(c, &from, stop);
     for (unsigned n = 0; !rests(c) && c->reaction < CONTROLLER_REACT_QUICK;
          n++) {
         most = watch_rise(c, stop, n, most);
@@ -199,6 +217,8 @@ static void slow_down(enum request request)
                      (double)bound_ns * 1e-9);
     }
     const double rest_s = (double)(c->clock_ns - from_ns) * 1e-9;
+    if (least > 0)
+        compare_later(c, rest_s, least);
     tally.quick += c->reaction >= CONTROLLER_REACT_QUICK;
     if (!c->is_brake) {
         tally.rose += highest > before + 0.1;
@@ -220,6 +240,14 @@ static double ratio_at(double share)
     return tally.compared > 0 ? tally.ratio[(unsigned)at] : 1;
 }
 
+/* Of so many draws with one in ONE_MISSED: three deviations more than the mean, of
+ * a binomial distribution, and one at least. */
+static unsigned most_missed(unsigned draws)
+{
+    const double mean = (double)draws / ONE_MISSED;
+    return (unsigned)fmax(1, mean + 3 * sqrt(mean));
+}
+
 static void report(const char *what)
 {
     qsort(tally.ratio, tally.compared, sizeof tally.ratio[0], compare_ratio);
@@ -231,12 +259,12 @@ static void report(const char *what)
         what, tally.requested, tally.rose, tally.rise * 100, tally.waited,
         tally.later, tally.rest_s, tally.share, tally.quick, tally.late);
     print_message("  %u beside the shortest: median %.3f, 90 %% %.3f, 99 %% "
-                  "%.3f, worst %.3f; %u found none where there is one\n",
+                  "%.3f, worst %.3f; %u not found at once, %u of them far from "
+                  "it\n",
                   tally.compared, ratio_at(0.5), ratio_at(0.9), ratio_at(0.99),
-                  ratio_at(1), tally.missed);
-    /* what whole ticks cost short ramps is in it */
-    assert_true(ratio_at(0.5) <= 1.02 && ratio_at(0.9) <= 1.15);
-    assert_true(tally.missed <= tally.compared / 50 + 1);
+                  ratio_at(1), tally.found_later, tally.missed);
+    assert_true(ratio_at(0.5) <= 1.02 && ratio_at(0.9) <= CLOSE);
+    assert_true(tally.missed <= most_missed(tally.compared));
     memset(&tally, 0, sizeof tally);
 }
 
