@@ -57,8 +57,7 @@ static int modbus_master_collect(struct hal_modbus *line,
 
 static int modbus_master_is_up(struct hal_modbus *line)
 {
-    (void)line;
-    return 1;
+    return !CONTAINER_OF(line, struct modbus_master, modbus)->down;
 }
 
 static void modbus_master_stats(struct hal_modbus *line,
@@ -196,6 +195,14 @@ static void modbus_master_drain_step(struct modbus_master *self, int64_t now_ns)
     }
 }
 
+static void modbus_master_refuse(struct modbus_master *self, int64_t now_ns)
+{
+    while (self->box_count > 0) {
+        self->sent_ns = now_ns;
+        modbus_master_fail(self, MOTION_E_IO, now_ns);
+    }
+}
+
 /* ---- the station ---- */
 
 static void modbus_master_recv(struct modbus_station *station,
@@ -226,6 +233,8 @@ static int64_t modbus_master_due_ns(const struct modbus_station *station)
 {
     const struct modbus_master *self = modbus_master_of(station);
 
+    if (self->down && self->state != MODBUS_MASTER_SENDING)
+        return self->box_count > 0 ? 0 : MODBUS_STATION_NEVER;
     switch (self->state) {
     case MODBUS_MASTER_IDLE:
         return self->box_count > 0 ? self->free_ns : MODBUS_STATION_NEVER;
@@ -249,6 +258,10 @@ static unsigned modbus_master_poll(struct modbus_station *station,
 
     if (now_ns < modbus_master_due_ns(station))
         return 0;
+    if (self->down) {
+        modbus_master_refuse(self, now_ns);
+        return 0;
+    }
     if (self->state == MODBUS_MASTER_WAITING)
         modbus_master_wait(self, now_ns);
     else if (self->state == MODBUS_MASTER_DRAINING)

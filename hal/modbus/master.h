@@ -51,7 +51,9 @@ struct modbus_master {
     struct hal_modbus_reply reply[HAL_MODBUS_MAILBOX];
     unsigned reply_head, reply_count; /* not collected */
     struct modbus_receiver receiver;
-    bool disturbed;               /* bytes came while it was sending */
+    bool disturbed; /* bytes came while it was sending */
+    bool down; /* of whoever has the port: it is gone, and what is asked fails
+                  with MOTION_E_IO */
     int64_t free_ns;              /* nothing is sent before */
     int64_t sent_ns, deadline_ns; /* of the transaction; of the state */
     int64_t drain_limit_ns;       /* a line that is never silent */

@@ -29,23 +29,47 @@ static void sim_modbus_collide(struct sim_modbus_seat *seat)
     }
 }
 
+/* So many of the first characters come while the adapter still has the line. */
+static unsigned sim_modbus_covered(const struct sim_modbus_line *line,
+                                   const struct sim_modbus_seat *seat)
+{
+    const struct sim_modbus_seat *adapter = line->adapter;
+    unsigned covered = 0;
+
+    if (line->turn_ns == 0 || adapter == NULL || adapter == seat)
+        return 0;
+    while (covered < seat->length &&
+           seat->begin_ns + modbus_rtu_chars_ns(&line->time, covered) <
+               adapter->end_ns + line->turn_ns)
+        covered++;
+    return covered;
+}
+
+static void sim_modbus_hear(struct sim_modbus_seat *to,
+                            const struct sim_modbus_seat *from,
+                            unsigned covered, unsigned length)
+{
+    if (covered < length)
+        to->station->ops->recv(to->station, from->frame + covered,
+                               length - covered, from->end_ns);
+}
+
 static void sim_modbus_deliver(struct sim_modbus_seat *seat)
 {
     struct sim_modbus_line *line = seat->line;
     const unsigned length = seat->length;
+    const unsigned covered = sim_modbus_covered(line, seat);
+    const bool dead = line->cut || line->deaf || line->closed;
 
     line->frames++;
     line->busy_ns += (uint64_t)(seat->end_ns - seat->begin_ns);
     seat->length = 0;
     for (unsigned i = 0; seat->garbled && i < length; i++)
         seat->frame[i] = (uint8_t)(seat->frame[i] & 0x5A);
-    for (struct sim_modbus_seat *other = line->cut ? NULL : line->first;
-         other != NULL; other = other->next) {
-        struct modbus_station *station = other->station;
-
-        if (other != seat)
-            station->ops->recv(station, seat->frame, length, seat->end_ns);
-    }
+    for (struct sim_modbus_seat *other = dead ? NULL : line->first;
+         other != NULL; other = other->next)
+        if (other != seat || (line->echo && seat == line->adapter))
+            sim_modbus_hear(other, seat, covered, length);
     seat->station->ops->sent(seat->station, seat->end_ns);
 }
 

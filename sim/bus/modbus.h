@@ -6,11 +6,13 @@
  * rounded up to the nanosecond.  Two that send at the same time garble each
  * other.  Silences and turn-around times are the stations' own.
  *
- * A faulty station stands in front of another and spoils what it sends. */
+ * A faulty station stands in front of another and spoils what it sends, and what
+ * it is sent.  An intruder sends whatever others do. */
 #ifndef SIM_BUS_MODBUS_H
 #define SIM_BUS_MODBUS_H
 
 #include "hal/modbus/station.h"
+#include "sim/bus/modbus_way.h"
 #include "sim/world.h"
 
 struct sim_modbus_line;
@@ -30,7 +32,16 @@ struct sim_modbus_line {
     struct sim_world *world;
     struct modbus_rtu_time time;
     struct sim_modbus_seat *first, *last;
-    bool cut;         /* nothing arrives anywhere */
+    bool cut; /* nothing arrives anywhere */
+    /* The master's two-wire adapter.  echo: it hears what it sends.
+     * turn_ns: it lets go of the line so long after its last stop bit; what
+     * others send before does not come through. */
+    struct sim_modbus_seat *adapter;
+    bool echo;
+    int64_t turn_ns;
+    /* Of a connection (TCP).  deaf: its other end is gone without a word, until
+     * there is a new one.  closed: the other end ends every one. */
+    bool deaf, closed;
     uint64_t busy_ns; /* somebody was sending, summed up */
     uint64_t frames, collisions;
 };
@@ -42,34 +53,15 @@ int sim_modbus_seat_init(struct sim_modbus_seat *seat,
                          struct sim_modbus_line *line,
                          struct modbus_station *station);
 
-enum sim_modbus_fault {
-    SIM_MODBUS_GOOD,
-    SIM_MODBUS_LATE,      /* late_ns more */
-    SIM_MODBUS_MUTE,      /* no answer */
-    SIM_MODBUS_EXCEPTION, /* answers "device busy" whatever was asked */
-    SIM_MODBUS_WRONG_CRC,
-    SIM_MODBUS_OTHER_UNIT, /* a sound frame of somebody else */
-    SIM_MODBUS_HALF,       /* stops in the middle */
-    SIM_MODBUS_TWICE,      /* the frame twice without silence between */
-    SIM_MODBUS_NOISE,      /* random bytes instead */
-    SIM_MODBUS_FLIP, /* a burst of wrong bits, 16 at most: a CRC-16 sees all of
-                        them, of longer ones all but 1 in 65536 */
-    SIM_MODBUS_FAULTS, /* how many */
-};
-
-/* A station in front of another. */
+/* A station in front of another, and what is wrong on the way from it and to
+ * it. */
 struct sim_modbus_faulty {
     struct modbus_station station;
     struct modbus_station *behind;
-    enum sim_modbus_fault fault; /* from the next answer on */
-    unsigned times;              /* so many answers; 0: all */
-    int64_t late_ns;
-    uint64_t share_q32; /* of the answers so many in 2^32; 0: all */
-    uint64_t seed;      /* != 0 */
-    uint64_t spoilt;
-    uint8_t held[MODBUS_RTU_FRAME_MAX]; /* a late answer */
-    unsigned held_length;
-    int64_t held_ns;
+    const struct modbus_rtu_time *time; /* of frames that come twice, with the
+                                           silence between; NULL: without */
+    uint64_t seed;                      /* != 0 */
+    struct sim_modbus_way from, to;
 };
 
 void sim_modbus_faulty_init(struct sim_modbus_faulty *self,
@@ -77,5 +69,20 @@ void sim_modbus_faulty_init(struct sim_modbus_faulty *self,
 /* Spoil a frame as `fault` says, not LATE or MUTE.  Bytes that are left. */
 unsigned sim_modbus_spoil(enum sim_modbus_fault fault, uint64_t *seed,
                           uint8_t frame[MODBUS_RTU_FRAME_MAX], unsigned length);
+
+/* Somebody else on the line, who does not listen: frames from begin to end. */
+struct sim_modbus_intruder {
+    struct modbus_station station;
+    struct sim_modbus_seat seat;
+    bool on;
+    int64_t pause_ns; /* up to so long between two frames, at random */
+    uint8_t unit;     /* another master, who asks it; 0: noise */
+    int64_t next_ns;
+    uint64_t seed; /* != 0 */
+};
+
+/* Takes its seat; silent. */
+int sim_modbus_intruder_init(struct sim_modbus_intruder *self,
+                             struct sim_modbus_line *line, uint64_t seed);
 
 #endif

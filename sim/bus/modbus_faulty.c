@@ -84,77 +84,79 @@ sim_modbus_faulty_of(const struct modbus_station *station)
     return CONTAINER_OF(station, struct sim_modbus_faulty, station);
 }
 
+/* True: the bytes, spoilt perhaps, go on now. */
+static bool sim_modbus_faulty_pass(struct sim_modbus_faulty *self,
+                                   struct sim_modbus_way *way,
+                                   struct sim_modbus_held *frame,
+                                   int64_t now_ns)
+{
+    const enum sim_modbus_fault fault = sim_modbus_way_draw(way, &self->seed);
+    int64_t again_ns = 0;
+
+    frame->length =
+        sim_modbus_spoil(fault, &self->seed, frame->frame, frame->length);
+    if (self->time != NULL)
+        again_ns =
+            modbus_rtu_chars_ns(self->time, frame->length) + self->time->gap_ns;
+    return sim_modbus_way_pass(way, fault, &self->seed, frame, now_ns,
+                               again_ns);
+}
+
+static void sim_modbus_faulty_hand(struct sim_modbus_faulty *self,
+                                   const struct sim_modbus_held *frame,
+                                   int64_t now_ns)
+{
+    self->behind->ops->recv(self->behind, frame->frame, frame->length, now_ns);
+}
+
 static void sim_modbus_faulty_recv(struct modbus_station *station,
                                    const uint8_t *bytes, unsigned length,
                                    int64_t now_ns)
 {
-    struct modbus_station *behind = sim_modbus_faulty_of(station)->behind;
+    struct sim_modbus_faulty *self = sim_modbus_faulty_of(station);
+    struct sim_modbus_held frame = { .length = length };
 
-    behind->ops->recv(behind, bytes, length, now_ns);
+    if (length > MODBUS_RTU_FRAME_MAX) { /* more than a frame: as it is */
+        self->behind->ops->recv(self->behind, bytes, length, now_ns);
+        return;
+    }
+    memcpy(frame.frame, bytes, length);
+    if (sim_modbus_faulty_pass(self, &self->to, &frame, now_ns))
+        sim_modbus_faulty_hand(self, &frame, now_ns);
 }
 
 static int64_t sim_modbus_faulty_due_ns(const struct modbus_station *station)
 {
     const struct sim_modbus_faulty *self = sim_modbus_faulty_of(station);
     const int64_t behind_ns = self->behind->ops->due_ns(self->behind);
+    const int64_t from_ns = sim_modbus_way_due_ns(&self->from);
+    const int64_t to_ns = sim_modbus_way_due_ns(&self->to);
+    const int64_t held_ns = from_ns < to_ns ? from_ns : to_ns;
 
-    if (self->held_length > 0 && self->held_ns < behind_ns)
-        return self->held_ns;
-    return behind_ns;
-}
-
-static bool sim_modbus_faulty_hits(struct sim_modbus_faulty *self)
-{
-    if (self->fault == SIM_MODBUS_GOOD ||
-        (self->share_q32 > 0 &&
-         sim_random(&self->seed) >> 32 >= self->share_q32))
-        return false;
-    self->spoilt++;
-    return true;
-}
-
-static void sim_modbus_faulty_count(struct sim_modbus_faulty *self)
-{
-    if (self->times > 0 && --self->times == 0)
-        self->fault = SIM_MODBUS_GOOD;
-}
-
-static unsigned sim_modbus_faulty_apply(struct sim_modbus_faulty *self,
-                                        int64_t now_ns, uint8_t *frame,
-                                        unsigned length)
-{
-    const enum sim_modbus_fault fault = self->fault;
-
-    if (!sim_modbus_faulty_hits(self))
-        return length;
-    sim_modbus_faulty_count(self);
-    if (fault != SIM_MODBUS_LATE && fault != SIM_MODBUS_MUTE)
-        return sim_modbus_spoil(fault, &self->seed, frame, length);
-    if (fault == SIM_MODBUS_LATE) {
-        memcpy(self->held, frame, length);
-        self->held_length = length;
-        self->held_ns = now_ns + self->late_ns;
-    }
-    self->behind->ops->sent(self->behind, now_ns);
-    return 0;
+    return held_ns < behind_ns ? held_ns : behind_ns;
 }
 
 static unsigned sim_modbus_faulty_poll(struct modbus_station *station,
                                        int64_t now_ns,
-                                       uint8_t frame[MODBUS_RTU_FRAME_MAX])
+                                       uint8_t bytes[MODBUS_RTU_FRAME_MAX])
 {
     struct sim_modbus_faulty *self = sim_modbus_faulty_of(station);
-    unsigned length;
+    struct sim_modbus_held frame = { .length = 0 };
 
-    if (self->held_length > 0 && now_ns >= self->held_ns) {
-        length = self->held_length;
-        memcpy(frame, self->held, length);
-        self->held_length = 0;
-        return length;
+    while (sim_modbus_way_take(&self->to, now_ns, &frame))
+        sim_modbus_faulty_hand(self, &frame, now_ns);
+    if (!sim_modbus_way_take(&self->from, now_ns, &frame)) {
+        frame.length =
+            self->behind->ops->poll(self->behind, now_ns, frame.frame);
+        if (frame.length == 0)
+            return 0;
+        if (!sim_modbus_faulty_pass(self, &self->from, &frame, now_ns)) {
+            self->behind->ops->sent(self->behind, now_ns);
+            return 0;
+        }
     }
-    length = self->behind->ops->poll(self->behind, now_ns, frame);
-    return length == 0 ? 0
-                       : sim_modbus_faulty_apply(self, now_ns, frame, length);
+    memcpy(bytes, frame.frame, frame.length);
+    return frame.length;
 }
 
 static void sim_modbus_faulty_sent(struct modbus_station *station,

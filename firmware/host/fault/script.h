@@ -37,7 +37,12 @@
     X(FAULT_RUNAWAY, "runaway")                                                \
     X(FAULT_LOSS, "loss")                                                      \
     X(FAULT_DUPLICATION, "duplication")                                        \
-    X(FAULT_JITTER, "jitter")
+    X(FAULT_JITTER, "jitter")                                                  \
+    X(FAULT_ECHO, "echo")                                                      \
+    X(FAULT_COLLISION, "collision")                                            \
+    X(FAULT_TURN_AROUND, "turn_around")                                        \
+    X(FAULT_HALF_OPEN, "half_open")                                            \
+    X(FAULT_HANG_UP, "hang_up")
 
 #define FAULT_KIND_ENUM(name, spelling) name,
 enum fault_kind { FAULT_KIND_LIST(FAULT_KIND_ENUM) FAULT_KINDS };
@@ -86,7 +91,7 @@ struct fault_entry {
     /* By kind: a code (0: the drive's own choice), a count, a level, ns, a
      * share Q32; Q32 of the axis's unit or its acceleration. */
     int64_t value;
-    bool incoming; /* of what the drive is sent, not of what it sends */
+    bool incoming; /* of what a drive is sent, not of what it sends */
     struct plan_place place;
 };
 

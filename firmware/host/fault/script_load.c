@@ -91,16 +91,30 @@ static int fault_read_axis(void *reader, const struct yaml_value *value,
         !rig_kinds[axis->kind]->has_heartbeat)
         return yaml_value_refuse(value, "is an axis whose drive has no "
                                         "heartbeat");
-    if (!rig_bus_is_can(&rig->bus[axis->bus]) &&
-        (fault_is(self, FAULT_LOSS) || fault_is(self, FAULT_DUPLICATION) ||
-         fault_is(self, FAULT_JITTER)))
-        return yaml_value_refuse(value, "is an axis on Modbus, whose answers "
-                                        "noise spoils");
     if (rig_kinds[axis->kind]->samples)
         return yaml_value_refuse(value, "is an axis of a board, which has no "
                                         "faults of its own");
     self->entry->of_axis = self->entry->index;
     return 0;
+}
+
+static bool fault_is_of(const struct fault_reader *self,
+                        const struct rig_bus *bus)
+{
+    return (fault_shapes_of[self->entry->kind].buses >> bus->kind & 1) != 0;
+}
+
+/* What it can be of. */
+static const char *fault_buses(const struct fault_reader *self)
+{
+    const unsigned buses = fault_shapes_of[self->entry->kind].buses;
+    const bool rtu = (buses >> RIG_MODBUS_RTU & 1) != 0;
+
+    if ((buses >> RIG_CAN & 1) != 0)
+        return rtu ? "CAN bus or Modbus RTU line" : "CAN bus";
+    if ((buses >> RIG_CANOPEN & 1) != 0)
+        return "CANopen bus";
+    return rtu ? "Modbus RTU line" : "Modbus TCP connection";
 }
 
 static int fault_read_bus(void *reader, const struct yaml_value *value,
@@ -116,12 +130,9 @@ static int fault_read_bus(void *reader, const struct yaml_value *value,
     if (fault_take(self, value, FAULT_OF_BUS, name, rig->bus_count) < 0)
         return -1;
     const struct rig_bus *bus = &rig->bus[self->entry->index];
-    if (fault_is(self, FAULT_OTHER_MASTER) && bus->kind != RIG_CANOPEN)
-        return yaml_value_refuse(value, "is no CANopen bus");
-    if (!rig_bus_is_can(bus) && !fault_is(self, FAULT_CUT_CABLE) &&
-        !fault_is(self, FAULT_NOISE))
-        return yaml_value_refuse(value, "is no CAN bus");
-    return 0;
+    return fault_is_of(self, bus)
+               ? 0
+               : yaml_value_refuse(value, "is no %s", fault_buses(self));
 }
 
 static int fault_read_line(void *reader, const struct yaml_value *value,
@@ -350,7 +361,6 @@ static int fault_read_direction(void *reader, const struct yaml_value *value,
                                 void *out)
 {
     struct fault_reader *self = reader;
-    const struct rig *rig = self->rig;
     unsigned index;
 
     (void)out;
@@ -360,10 +370,10 @@ static int fault_read_direction(void *reader, const struct yaml_value *value,
     if (yaml_value_choice(value, fault_direction_words, FAULT_DIRECTIONS,
                           &index) < 0)
         return -1;
-    if (!self->has[FAULT_OF_AXIS])
-        return 0; /* said when the entry is whole */
-    if (!rig_bus_is_can(&rig->bus[rig->axis[self->entry->index].bus]))
-        return yaml_value_refuse(value, "is only for an axis on CAN");
+    if (self->has[FAULT_OF_BUS] &&
+        rig_bus_is_can(&self->rig->bus[self->entry->index]))
+        return yaml_value_refuse(value, "is not for noise on CAN, which every "
+                                        "node hears");
     self->entry->incoming = index == 1;
     return 0;
 }

@@ -28,7 +28,8 @@ struct fault_shape {
     unsigned targets; /* that it can be of */
     enum fault_value value;
     bool needs_value, lasts;
-    bool directed; /* of the frames in one direction */
+    bool directed;  /* of the frames in one direction */
+    unsigned buses; /* that it can be of, or 0; bit: enum rig_bus_kind */
 };
 extern const struct fault_shape fault_shapes_of[FAULT_KINDS];
 

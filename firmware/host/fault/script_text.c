@@ -22,30 +22,42 @@ const char *const fault_value_words[FAULT_VALUES] = {
 
 const char *const fault_direction_words[FAULT_DIRECTIONS] = { "from", "to" };
 
+#define ON_CANOPEN (1u << RIG_CANOPEN)
+#define ON_CAN     (ON_CANOPEN | 1u << RIG_CAN)
+#define ON_RTU     (1u << RIG_MODBUS_RTU)
+#define ON_TCP     (1u << RIG_MODBUS_TCP)
+#define ON_ANY     (ON_CAN | ON_RTU | ON_TCP)
+
 const struct fault_shape fault_shapes_of[FAULT_KINDS] = {
-    [FAULT_HEARTBEAT_LOST] = { FAULT_AXIS, FAULT_NOTHING, false, true, false },
-    [FAULT_DRIVE] = { FAULT_AXIS, FAULT_CODE, false, false, false },
-    [FAULT_REBOOT] = { FAULT_AXIS, FAULT_NOTHING, false, false, false },
-    [FAULT_STUCK_ENCODER] = { FAULT_AXIS, FAULT_NOTHING, false, true, false },
-    [FAULT_ENCODER_JUMP] = { FAULT_AXIS, FAULT_BY, true, true, false },
-    [FAULT_STUCK_SWITCH] = { FAULT_LINE, FAULT_LEVEL, true, true, false },
-    [FAULT_BUS_OFF] = { FAULT_BUS, FAULT_NOTHING, false, true, false },
-    [FAULT_BUS_ERRORS] = { FAULT_BUS, FAULT_COUNT, true, false, false },
-    [FAULT_INTERFACE_DOWN] = { FAULT_BUS, FAULT_NOTHING, false, true, false },
-    [FAULT_OTHER_MASTER] = { FAULT_BUS, FAULT_NOTHING, false, false, false },
-    [FAULT_BABBLE] = { FAULT_BUS, FAULT_NOTHING, false, true, false },
-    [FAULT_CUT_CABLE] = { FAULT_AXIS | FAULT_BUS, FAULT_NOTHING, false, true,
-                          false },
-    [FAULT_NOISE] = { FAULT_BUS, FAULT_RATE, true, true, false },
-    [FAULT_BROWN_OUT] = { FAULT_AXIS, FAULT_NOTHING, false, true, false },
+    [FAULT_HEARTBEAT_LOST] = { .targets = FAULT_AXIS, .lasts = true },
+    [FAULT_DRIVE] = { .targets = FAULT_AXIS, .value = FAULT_CODE },
+    [FAULT_REBOOT] = { .targets = FAULT_AXIS },
+    [FAULT_STUCK_ENCODER] = { .targets = FAULT_AXIS, .lasts = true },
+    [FAULT_ENCODER_JUMP] = { FAULT_AXIS, FAULT_BY, true, .lasts = true },
+    [FAULT_STUCK_SWITCH] = { FAULT_LINE, FAULT_LEVEL, true, .lasts = true },
+    [FAULT_BUS_OFF] = { FAULT_BUS, .lasts = true, .buses = ON_CAN },
+    [FAULT_BUS_ERRORS] = { FAULT_BUS, FAULT_COUNT, true, .buses = ON_CAN },
+    [FAULT_INTERFACE_DOWN] = { FAULT_BUS, .lasts = true, .buses = ON_CAN },
+    [FAULT_OTHER_MASTER] = { FAULT_BUS, .buses = ON_CANOPEN },
+    [FAULT_BABBLE] = { FAULT_BUS, .lasts = true, .buses = ON_CAN | ON_RTU },
+    [FAULT_CUT_CABLE] = { FAULT_AXIS | FAULT_BUS, .lasts = true,
+                          .buses = ON_ANY },
+    [FAULT_NOISE] = { FAULT_BUS, FAULT_RATE, true, true, true, ON_ANY },
+    [FAULT_BROWN_OUT] = { .targets = FAULT_AXIS, .lasts = true },
     [FAULT_SLOW_DRIVE] = { FAULT_AXIS, FAULT_DELAY, true, true, true },
-    [FAULT_WRONG_ANSWER] = { FAULT_AXIS, FAULT_COUNT, false, false, true },
+    [FAULT_WRONG_ANSWER] = { FAULT_AXIS, FAULT_COUNT, .directed = true },
     [FAULT_LOSS] = { FAULT_AXIS, FAULT_RATE, true, true, true },
     [FAULT_DUPLICATION] = { FAULT_AXIS, FAULT_RATE, true, true, true },
     [FAULT_JITTER] = { FAULT_AXIS, FAULT_DELAY, true, true, true },
-    [FAULT_FRICTION_STEP] = { FAULT_AXIS, FAULT_BY, true, true, false },
-    [FAULT_OBSTACLE] = { FAULT_AXIS, FAULT_NOTHING, false, true, false },
-    [FAULT_RUNAWAY] = { FAULT_AXIS, FAULT_NOTHING, false, true, false },
+    [FAULT_FRICTION_STEP] = { FAULT_AXIS, FAULT_BY, true, .lasts = true },
+    [FAULT_OBSTACLE] = { .targets = FAULT_AXIS, .lasts = true },
+    [FAULT_RUNAWAY] = { .targets = FAULT_AXIS, .lasts = true },
+    [FAULT_ECHO] = { FAULT_BUS, .lasts = true, .buses = ON_RTU },
+    [FAULT_COLLISION] = { FAULT_BUS, .lasts = true, .buses = ON_RTU },
+    [FAULT_TURN_AROUND] = { FAULT_BUS, FAULT_DELAY, true, true,
+                            .buses = ON_RTU },
+    [FAULT_HALF_OPEN] = { FAULT_BUS, .buses = ON_TCP },
+    [FAULT_HANG_UP] = { FAULT_BUS, .lasts = true, .buses = ON_TCP },
 };
 
 bool fault_kind_is_over_at_once(enum fault_kind kind)
@@ -97,6 +109,7 @@ static void fault_value_text(const struct fault_entry *entry,
         snprintf(text, size, ", %s %% of the frames", number);
         break;
     case FAULT_SLOW_DRIVE:
+    case FAULT_TURN_AROUND:
         number_short(number, entry->value * 4096 / 1000000, 12);
         snprintf(text, size, ", by %s ms", number);
         break;

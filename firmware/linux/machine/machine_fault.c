@@ -32,12 +32,60 @@ static struct sim_servo *machine_fault_servo(struct machine_sim *sim,
     return kind->sim_servo != NULL ? kind->sim_servo(sim, i) : NULL;
 }
 
+static bool machine_fault_is_node(const struct rig *rig, unsigned axis,
+                                  unsigned other)
+{
+    return rig->axis[other].bus == rig->axis[axis].bus &&
+           rig->axis[other].node_id == rig->axis[axis].node_id;
+}
+
+/* The first axis of its node: what the node says goes through its port. */
+static unsigned machine_fault_speaker(const struct rig *rig, unsigned axis)
+{
+    unsigned i = 0;
+    while (!machine_fault_is_node(rig, axis, i))
+        i++;
+    return i;
+}
+
+/* Every axis of a node hears through a port of its own. */
+static int machine_fault_place_frames(struct machine_fault *self,
+                                      const struct fault_entry *entry,
+                                      uint64_t seed)
+{
+    const struct rig *rig = self->sim->rig;
+    const unsigned speaker = machine_fault_speaker(rig, entry->index);
+    struct sim_servo *servo = machine_fault_servo(self->sim, speaker);
+    int err = MOTION_OK;
+    if (servo == NULL) {
+        struct sim_modbus_faulty *faulty =
+            &machine_sim_modbus_servo(self->sim, entry->index)->faulty;
+        faulty->seed = seed;
+        faulty->from.resends = faulty->to.resends =
+            rig->bus[rig->axis[entry->index].bus].kind == RIG_MODBUS_TCP;
+        return MOTION_OK;
+    }
+    if (!entry->incoming)
+        return servo->port.trouble != NULL
+                   ? MOTION_OK
+                   : sim_can_trouble_init(&self->trouble[speaker], &servo->port,
+                                          false, seed);
+    for (unsigned i = speaker; i < rig->axis_count && err == MOTION_OK; i++) {
+        if (!machine_fault_is_node(rig, entry->index, i))
+            continue;
+        servo = machine_fault_servo(self->sim, i);
+        if (servo->port.trouble_in == NULL)
+            err = sim_can_trouble_init(&self->trouble_in[i], &servo->port, true,
+                                       seed);
+    }
+    return err;
+}
+
 static int machine_fault_place(struct machine_fault *self,
                                const struct fault_entry *entry, uint64_t seed)
 {
     struct machine_sim *sim = self->sim;
     const uint32_t i = entry->index;
-    struct sim_servo *servo;
     switch (entry->kind) {
     case FAULT_HEARTBEAT_LOST:
     case FAULT_SLOW_DRIVE:
@@ -45,18 +93,12 @@ static int machine_fault_place(struct machine_fault *self,
     case FAULT_LOSS:
     case FAULT_DUPLICATION:
     case FAULT_JITTER:
-        servo = machine_fault_servo(sim, i);
-        if (servo != NULL && entry->incoming && servo->port.trouble_in == NULL)
-            return sim_can_trouble_init(&self->trouble_in[i], &servo->port,
-                                        true, seed);
-        if (servo != NULL && !entry->incoming && servo->port.trouble == NULL)
-            return sim_can_trouble_init(&self->trouble[i], &servo->port, false,
-                                        seed);
-        if (servo == NULL)
-            machine_sim_modbus_servo(sim, i)->faulty.seed = seed;
-        break;
+        return machine_fault_place_frames(self, entry, seed);
     case FAULT_OTHER_MASTER:
     case FAULT_BABBLE:
+    case FAULT_COLLISION:
+        if (!rig_bus_is_can(&sim->rig->bus[i]))
+            return machine_fault_place_talker(self, i, seed);
         if (self->intruder[i].bus == NULL)
             sim_can_port_init(&self->intruder[i], &sim->wire[i]);
         break;
@@ -82,6 +124,10 @@ int machine_fault_init(struct machine_fault *self,
                                        sizeof *self->trouble_in);
     self->intruder = memory_pool_new(&self->memory, sim->rig->bus_count,
                                      sizeof *self->intruder);
+    self->talker = memory_pool_new(&self->memory, sim->rig->bus_count,
+                                   sizeof *self->talker);
+    self->timeouts = memory_pool_new(&self->memory, sim->rig->bus_count,
+                                     sizeof *self->timeouts);
     for (unsigned i = 0; i < FAULT_EVENTS; i++)
         self->event_ns[i] = -1;
     for (unsigned i = 0; i < script->count && err == MOTION_OK; i++)
@@ -132,18 +178,16 @@ static void machine_fault_node(struct machine_fault *self, unsigned axis,
 {
     const struct rig *rig = self->sim->rig;
     for (unsigned i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].bus == rig->axis[axis].bus &&
-            rig->axis[i].node_id == rig->axis[axis].node_id)
+        if (machine_fault_is_node(rig, axis, i))
             machine_fault_last(machine_fault_servo(self->sim, i), fault,
                                begins);
 }
 
 /* What is between a drive and the bus. */
-static void machine_fault_frames(const struct fault_entry *entry,
-                                 struct sim_servo *servo, bool begins)
+static void machine_fault_way(const struct fault_entry *entry,
+                              struct sim_servo *servo,
+                              struct sim_can_trouble *trouble, bool begins)
 {
-    struct sim_can_trouble *trouble =
-        entry->incoming ? servo->port.trouble_in : servo->port.trouble;
     const int64_t value = begins ? entry->value : 0;
     switch (entry->kind) {
     case FAULT_HEARTBEAT_LOST:
@@ -165,6 +209,20 @@ static void machine_fault_frames(const struct fault_entry *entry,
     default:
         trouble->spoil = (unsigned)entry->value;
         break;
+    }
+}
+
+static void machine_fault_frames(struct machine_fault *self,
+                                 const struct fault_entry *entry, bool begins)
+{
+    const struct rig *rig = self->sim->rig;
+    const unsigned speaker = machine_fault_speaker(rig, entry->index);
+    for (unsigned i = speaker; i < rig->axis_count; i++) {
+        struct sim_servo *servo = machine_fault_servo(self->sim, i);
+        if (!entry->incoming && i == speaker)
+            machine_fault_way(entry, servo, servo->port.trouble, begins);
+        else if (entry->incoming && machine_fault_is_node(rig, entry->index, i))
+            machine_fault_way(entry, servo, servo->port.trouble_in, begins);
     }
 }
 
@@ -203,7 +261,7 @@ static void machine_fault_can(struct machine_fault *self,
         machine_fault_last(servo, lasting[entry->kind], begins);
         break;
     default:
-        machine_fault_frames(entry, servo, begins);
+        machine_fault_frames(self, entry, begins);
         break;
     }
 }
@@ -218,21 +276,15 @@ static void machine_fault_axis(struct machine_fault *self,
         machine_fault_modbus(self, entry, entry->index, begins);
 }
 
-/* Every drive on the bus is cut off, or meets noise. */
+/* Every drive on the bus is cut off. */
 static void machine_fault_cut(struct machine_fault *self,
                               const struct fault_entry *entry, bool begins)
 {
     const struct rig *rig = self->sim->rig;
-    const bool can = rig_bus_is_can(&rig->bus[entry->index]);
-    for (unsigned i = 0; i < rig->axis_count; i++) {
-        if (rig->axis[i].bus != entry->index)
-            continue;
-        if (can)
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].bus == entry->index)
             machine_fault_last(machine_fault_servo(self->sim, i),
                                SIM_SERVO_SILENT, begins);
-        else
-            machine_fault_modbus(self, entry, i, begins);
-    }
 }
 
 static void machine_fault_intrude(struct sim_can_port *intruder)
@@ -247,7 +299,8 @@ static void machine_fault_babble(struct machine_fault *self)
     static const struct hal_can_frame frame = { .id = 0x001, .len = 8 };
     for (unsigned i = 0; i < self->script->count; i++) {
         const struct fault_entry *entry = &self->script->entry[i];
-        if (entry->kind != FAULT_BABBLE || (self->active >> i & 1) == 0)
+        if (entry->kind != FAULT_BABBLE || (self->active >> i & 1) == 0 ||
+            !rig_bus_is_can(&self->sim->rig->bus[entry->index]))
             continue;
         while (hal_can_send(&self->intruder[entry->index].can, &frame) ==
                MOTION_OK)
@@ -259,6 +312,10 @@ static void machine_fault_bus(struct machine_fault *self,
                               const struct fault_entry *entry, bool begins)
 {
     struct sim_can_port *port = &self->sim->port[entry->index];
+    if (!rig_bus_is_can(&self->sim->rig->bus[entry->index])) {
+        machine_fault_modbus_line(self, entry, begins);
+        return;
+    }
     switch (entry->kind) {
     case FAULT_BUS_OFF:
         if (!begins)
@@ -277,10 +334,7 @@ static void machine_fault_bus(struct machine_fault *self,
     case FAULT_BABBLE: /* machine_fault_step */
         break;
     case FAULT_NOISE:
-        if (!rig_bus_is_can(&self->sim->rig->bus[entry->index]))
-            machine_fault_cut(self, entry, begins);
-        else
-            port->bus->noise_q32 = begins ? (uint64_t)entry->value : 0;
+        port->bus->noise_q32 = begins ? (uint64_t)entry->value : 0;
         break;
     default:
         machine_fault_cut(self, entry, begins);
@@ -395,6 +449,7 @@ void machine_fault_step(struct machine_fault *self, int64_t now_ns,
     for (unsigned i = 0; i < self->script->count; i++)
         machine_fault_entry(self, i, now_ns);
     machine_fault_babble(self);
+    machine_fault_connect(self);
     self->looked = true;
 }
 

@@ -24,6 +24,8 @@ struct machine_fault {
     /* of each axis on a CAN bus: of what it sends, what it is sent */
     struct sim_can_trouble *trouble, *trouble_in;
     struct sim_can_port *intruder;       /* another master, of each CAN bus */
+    struct sim_modbus_intruder *talker;  /* of each Modbus RTU line */
+    uint64_t *timeouts;                  /* of each bus, that were seen */
     int64_t start_ns;                    /* t = 0 of what is written */
     int64_t event_ns[FAULT_EVENTS];      /* on the clock; -1: not yet */
     int64_t pos_q32[FAULT_ENTRIES_MAX];  /* of its axis, at the step before */
@@ -60,6 +62,14 @@ void machine_fault_json(const struct machine_fault *self, struct cJSON *object);
 void machine_fault_modbus(struct machine_fault *self,
                           const struct fault_entry *entry, unsigned i,
                           bool begins);
+/* The same at a Modbus bus. */
+void machine_fault_modbus_line(struct machine_fault *self,
+                               const struct fault_entry *entry, bool begins);
+int machine_fault_place_talker(struct machine_fault *self, unsigned bus,
+                               uint64_t seed);
+/* After a time-out there is a new connection of Modbus TCP, and what was on its
+ * way on the old one is gone. */
+void machine_fault_connect(struct machine_fault *self);
 /* Of an entry whose value is a distance or an acceleration: in counts, as
  * many as there can be where it is more. */
 int64_t machine_fault_counts(const struct machine_fault *self,

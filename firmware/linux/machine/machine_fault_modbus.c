@@ -2,14 +2,6 @@
  * simulated Modbus servo; see machine_fault.h. */
 #include "firmware/linux/machine/machine_fault.h"
 
-static void machine_fault_answers(struct sim_modbus_faulty *faulty,
-                                  enum sim_modbus_fault fault, bool begins)
-{
-    faulty->fault = begins ? fault : SIM_MODBUS_GOOD;
-    faulty->times = 0;
-    faulty->share_q32 = 0;
-}
-
 static void machine_fault_last(struct sim_modbus_servo *servo,
                                enum sim_modbus_servo_fault fault, bool begins)
 {
@@ -55,31 +47,153 @@ static void machine_fault_modbus_servo(struct machine_fault *self,
     }
 }
 
+static void machine_fault_spoil(struct sim_modbus_way *way,
+                                enum sim_modbus_fault fault, bool begins)
+{
+    way->fault = begins ? fault : SIM_MODBUS_GOOD;
+    way->times = 0;
+    way->share_q32 = 0;
+}
+
 void machine_fault_modbus(struct machine_fault *self,
                           const struct fault_entry *entry, unsigned i,
                           bool begins)
 {
     struct sim_modbus_servo *servo = machine_sim_modbus_servo(self->sim, i);
-    struct sim_modbus_faulty *faulty = &servo->faulty;
+    struct sim_modbus_way *way =
+        entry->incoming ? &servo->faulty.to : &servo->faulty.from;
+    const int64_t value = begins ? entry->value : 0;
 
     switch (entry->kind) {
     case FAULT_CUT_CABLE:
-        machine_fault_answers(faulty, SIM_MODBUS_MUTE, begins);
+        machine_fault_spoil(&servo->faulty.from, SIM_MODBUS_MUTE, begins);
+        machine_fault_spoil(&servo->faulty.to, SIM_MODBUS_MUTE, begins);
         break;
     case FAULT_SLOW_DRIVE:
-        machine_fault_answers(faulty, SIM_MODBUS_LATE, begins);
-        faulty->late_ns = entry->value;
+        way->delay_ns = value;
+        break;
+    case FAULT_JITTER:
+        way->jitter_ns = value;
+        break;
+    case FAULT_LOSS:
+        way->loss_q32 = (uint64_t)value;
+        break;
+    case FAULT_DUPLICATION:
+        way->double_q32 = (uint64_t)value;
         break;
     case FAULT_WRONG_ANSWER:
-        machine_fault_answers(faulty, SIM_MODBUS_OTHER_UNIT, begins);
-        faulty->times = (unsigned)entry->value;
+        machine_fault_spoil(way, SIM_MODBUS_OTHER_UNIT, begins);
+        way->times = (unsigned)entry->value;
         break;
     case FAULT_NOISE:
-        machine_fault_answers(faulty, SIM_MODBUS_FLIP, begins);
-        faulty->share_q32 = (uint64_t)entry->value;
+        machine_fault_spoil(way, SIM_MODBUS_FLIP, begins);
+        way->share_q32 = (uint64_t)entry->value;
         break;
     default:
         machine_fault_modbus_servo(self, entry, servo, begins);
         break;
+    }
+}
+
+/* ---- a line ---- */
+
+/* Silences of a line that another master leaves, so that we get a turn too. */
+#define FAULT_PAUSE_NS INT64_C(20000000)
+
+int machine_fault_place_talker(struct machine_fault *self, unsigned bus,
+                               uint64_t seed)
+{
+    struct sim_modbus_intruder *talker = &self->talker[bus];
+
+    if (talker->seed != 0)
+        return MOTION_OK;
+    return sim_modbus_intruder_init(
+        talker, machine_sim_modbus_wire(self->sim, bus), seed);
+}
+
+/* The first drive's unit: other masters ask the same ones. */
+static uint8_t machine_fault_unit(const struct rig *rig, unsigned bus)
+{
+    unsigned i = 0;
+
+    while (i + 1 < rig->axis_count && rig->axis[i].bus != bus)
+        i++;
+    return rig->axis[i].node_id;
+}
+
+static void machine_fault_talk(struct machine_fault *self, unsigned bus,
+                               bool another_master, bool begins)
+{
+    struct sim_modbus_intruder *talker = &self->talker[bus];
+
+    talker->unit = another_master ? machine_fault_unit(self->sim->rig, bus) : 0;
+    talker->pause_ns = another_master ? FAULT_PAUSE_NS : 0;
+    talker->next_ns = talker->seat.line->world->now_ns;
+    talker->on = begins;
+}
+
+static void machine_fault_drives(struct machine_fault *self,
+                                 const struct fault_entry *entry, bool begins)
+{
+    for (unsigned i = 0; i < self->sim->rig->axis_count; i++)
+        if (self->sim->rig->axis[i].bus == entry->index &&
+            !rig_kinds[self->sim->rig->axis[i].kind]->samples)
+            machine_fault_modbus(self, entry, i, begins);
+}
+
+void machine_fault_modbus_line(struct machine_fault *self,
+                               const struct fault_entry *entry, bool begins)
+{
+    const unsigned bus = entry->index;
+    struct sim_modbus_line *line = machine_sim_modbus_wire(self->sim, bus);
+
+    switch (entry->kind) {
+    case FAULT_ECHO:
+        line->echo = begins;
+        break;
+    case FAULT_TURN_AROUND:
+        line->turn_ns = begins ? entry->value : 0;
+        break;
+    case FAULT_BABBLE:
+    case FAULT_COLLISION:
+        machine_fault_talk(self, bus, entry->kind == FAULT_COLLISION, begins);
+        break;
+    case FAULT_HALF_OPEN:
+        line->deaf = begins;
+        break;
+    case FAULT_HANG_UP:
+        line->closed = begins;
+        self->sim->master[bus].down = begins;
+        break;
+    default:
+        machine_fault_drives(self, entry, begins);
+        break;
+    }
+}
+
+static void machine_fault_forget(struct machine_sim *sim, unsigned bus)
+{
+    for (unsigned i = 0; i < sim->rig->axis_count; i++) {
+        if (sim->rig->axis[i].bus != bus ||
+            rig_kinds[sim->rig->axis[i].kind]->samples)
+            continue;
+        struct sim_modbus_servo *servo = sim->servo[i];
+        sim_modbus_way_forget(&servo->faulty.from);
+        sim_modbus_way_forget(&servo->faulty.to);
+    }
+}
+
+void machine_fault_connect(struct machine_fault *self)
+{
+    struct machine_sim *sim = self->sim;
+
+    for (unsigned i = 0; i < sim->rig->bus_count; i++) {
+        const uint64_t timeouts = sim->master[i].stats.timeouts;
+        if (sim->rig->bus[i].kind != RIG_MODBUS_TCP ||
+            timeouts == self->timeouts[i])
+            continue;
+        self->timeouts[i] = timeouts;
+        sim->modbus_line[i].deaf = false;
+        machine_fault_forget(sim, i);
     }
 }

@@ -30,6 +30,7 @@ struct machine_sim {
     /* Of each axis the servo on Modbus that others reach, where it is not the one
      * in `servo`; NULL: none is. */
     struct sim_modbus_servo **served;
+    struct sim_modbus_line **served_line; /* of each bus, as `served` */
     struct sim_gpio *line;
     /* switches of the plant, machine_sim_switch.c */
     const struct rig *rig;
@@ -71,6 +72,9 @@ int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i);
 /* machine_sim_modbus.c: line and master of a bus. */
 int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
                             unsigned i);
+/* The line of Modbus bus i. */
+struct sim_modbus_line *machine_sim_modbus_wire(const struct machine_sim *sim,
+                                                unsigned i);
 /* The servo of Modbus axis i. */
 struct sim_modbus_servo *machine_sim_modbus_servo(const struct machine_sim *sim,
                                                   unsigned i);

@@ -25,8 +25,17 @@ int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
     err = modbus_master_init(&sim->master[i], &config);
     if (err < 0)
         return err;
+    sim->modbus_line[i].adapter = &sim->seat[i];
     return sim_modbus_seat_init(&sim->seat[i], &sim->modbus_line[i],
                                 &sim->master[i].station);
+}
+
+struct sim_modbus_line *machine_sim_modbus_wire(const struct machine_sim *sim,
+                                                unsigned i)
+{
+    return sim->served_line != NULL && sim->served_line[i] != NULL
+               ? sim->served_line[i]
+               : &sim->modbus_line[i];
 }
 
 struct sim_modbus_servo *machine_sim_modbus_servo(const struct machine_sim *sim,

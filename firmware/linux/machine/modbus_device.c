@@ -30,6 +30,7 @@ static int modbus_device_servo(struct modbus_device *device,
         err = machine_sim_attach(axis, i, &device->servo[i].plant,
                                  &device->mechanics[i]);
     device->host.slave[axis->node_id] = &device->servo[i].slave;
+    device->host.faulty[axis->node_id] = &device->servo[i].faulty;
     return err;
 }
 
@@ -44,6 +45,7 @@ static int modbus_device_build(struct modbus_device *device,
     device->mechanics = memory_new(rig->axis_count, sizeof *device->mechanics);
     sim_world_init(&device->world, hal_clock_now_ns(clock_linux_init(&clock)));
     modbus_host_init(&device->host, &device->world);
+    device->host.wire = &device->line;
     err = sim_modbus_line_init(&device->line, &device->world, &line);
     for (unsigned i = 0; err == MOTION_OK && i < rig->axis_count; i++)
         if (rig->axis[i].bus == bus)

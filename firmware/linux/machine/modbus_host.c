@@ -95,8 +95,7 @@ static void modbus_host_bridge_read(struct modbus_host_bridge *bridge)
 static void modbus_host_hang_up(struct modbus_host_client *client)
 {
     close(client->fd);
-    client->fd = -1;
-    client->length = 0;
+    *client = (struct modbus_host_client){ .fd = -1 };
 }
 
 /* A client too many takes the place of the first. */
@@ -116,6 +115,7 @@ static void modbus_host_accept(struct modbus_host *host)
     if (client->fd >= 0)
         modbus_host_hang_up(client);
     client->fd = fd;
+    client->number = ++host->clients;
 }
 
 /* Bytes of the answer. */
@@ -138,22 +138,93 @@ static unsigned modbus_host_answer(struct modbus_host *host,
     return modbus_tcp_seal(answer, modbus_pdu_get(frame), unit, answered);
 }
 
+/* TCP has a checksum of its own: what a gateway spoils is its head. */
+static void modbus_host_spoil(enum sim_modbus_fault fault, uint8_t *frame)
+{
+    if (fault == SIM_MODBUS_OTHER_UNIT)
+        frame[MODBUS_TCP_HEAD - 1] =
+            (uint8_t)(frame[MODBUS_TCP_HEAD - 1] % 247 + 1);
+    else if (fault != SIM_MODBUS_GOOD && fault != SIM_MODBUS_LATE &&
+             fault != SIM_MODBUS_MUTE)
+        frame[0] ^= 0xA5;
+}
+
+/* True: the frame goes on now. */
+static bool modbus_host_pass(struct sim_modbus_faulty *faulty,
+                             struct sim_modbus_way *way,
+                             struct sim_modbus_held *frame)
+{
+    const enum sim_modbus_fault fault = sim_modbus_way_draw(way, &faulty->seed);
+
+    modbus_host_spoil(fault, frame->frame);
+    return sim_modbus_way_pass(way, fault, &faulty->seed, frame,
+                               modbus_host_now_ns(), 0);
+}
+
+/* To the client that has asked, if it is still there. */
+static void modbus_host_send(struct modbus_host *host,
+                             const struct sim_modbus_held *answer)
+{
+    for (unsigned i = 0; i < MODBUS_HOST_CLIENTS; i++) {
+        struct modbus_host_client *client = &host->client[i];
+
+        if (client->fd >= 0 && client->number == answer->tag && !client->deaf &&
+            send(client->fd, answer->frame, answer->length, MSG_NOSIGNAL) !=
+                (ssize_t)answer->length)
+            modbus_host_hang_up(client);
+    }
+}
+
+static void modbus_host_do(struct modbus_host *host,
+                           struct sim_modbus_faulty *faulty,
+                           const struct sim_modbus_held *request)
+{
+    struct sim_modbus_held answer = { .tag = request->tag };
+
+    answer.length =
+        modbus_host_answer(host, request->frame, request->length, answer.frame);
+    if (faulty == NULL || modbus_host_pass(faulty, &faulty->from, &answer))
+        modbus_host_send(host, &answer);
+}
+
+/* What was late on its way. */
+static void modbus_host_late(struct modbus_host *host)
+{
+    const int64_t now_ns = modbus_host_now_ns();
+    struct sim_modbus_held frame;
+
+    for (unsigned i = 0; i < MODBUS_HOST_UNITS; i++) {
+        struct sim_modbus_faulty *faulty = host->faulty[i];
+
+        if (faulty == NULL || host->listener < 0)
+            continue;
+        while (sim_modbus_way_take(&faulty->to, now_ns, &frame))
+            modbus_host_do(host, faulty, &frame);
+        while (sim_modbus_way_take(&faulty->from, now_ns, &frame))
+            modbus_host_send(host, &frame);
+    }
+}
+
 static void modbus_host_serve(struct modbus_host *host,
                               struct modbus_host_client *client)
 {
-    uint8_t answer[MODBUS_TCP_FRAME_MAX];
-    unsigned length, answered;
+    struct sim_modbus_held request = { .tag = client->number };
+    unsigned length;
 
     while ((length = modbus_tcp_whole(client->frame, client->length)) != 0 &&
            length <= client->length) {
-        answered = modbus_host_answer(host, client->frame, length, answer);
-        if (send(client->fd, answer, answered, MSG_NOSIGNAL) !=
-            (ssize_t)answered) {
-            modbus_host_hang_up(client);
-            return;
-        }
+        const uint8_t unit = client->frame[MODBUS_TCP_HEAD - 1];
+        struct sim_modbus_faulty *faulty =
+            unit < MODBUS_HOST_UNITS ? host->faulty[unit] : NULL;
+
+        memcpy(request.frame, client->frame, length);
+        request.length = length;
         client->length -= length;
         memmove(client->frame, client->frame + length, client->length);
+        if (faulty == NULL || modbus_host_pass(faulty, &faulty->to, &request))
+            modbus_host_do(host, faulty, &request);
+        if (client->fd < 0)
+            return;
     }
     if (length > MODBUS_TCP_FRAME_MAX)
         modbus_host_hang_up(client);
@@ -169,8 +240,25 @@ static void modbus_host_read(struct modbus_host *host,
         modbus_host_hang_up(client);
         return;
     }
+    if (client->deaf)
+        return;
     client->length += (unsigned)got;
     modbus_host_serve(host, client);
+}
+
+/* The other end of every connection is gone, with or without a word. */
+static void modbus_host_break(struct modbus_host *host)
+{
+    struct sim_modbus_line *wire = host->wire;
+
+    if (wire == NULL || host->listener < 0 || (!wire->deaf && !wire->closed))
+        return;
+    for (unsigned i = 0; i < MODBUS_HOST_CLIENTS; i++) {
+        if (wire->closed && host->client[i].fd >= 0)
+            modbus_host_hang_up(&host->client[i]);
+        host->client[i].deaf = wire->deaf && host->client[i].fd >= 0;
+    }
+    wire->deaf = false;
 }
 
 /* ---- the thread ---- */
@@ -203,13 +291,15 @@ static void *modbus_host_run(void *context)
         modbus_host_wait(host, set);
         pthread_mutex_lock(&host->lock);
         sim_world_run(host->world, modbus_host_now_ns());
+        modbus_host_late(host);
         if (set[0].revents != 0)
             modbus_host_bridge_read(&host->bridge);
         for (unsigned i = 0; i < MODBUS_HOST_CLIENTS; i++)
-            if (set[2 + i].revents != 0)
+            if (set[2 + i].revents != 0 && host->client[i].fd >= 0)
                 modbus_host_read(host, &host->client[i]);
         if (set[1].revents != 0)
             modbus_host_accept(host);
+        modbus_host_break(host);
         pthread_mutex_unlock(&host->lock);
     }
     return NULL;
@@ -249,6 +339,7 @@ int modbus_host_pty(struct modbus_host *host, struct sim_modbus_line *line)
     host->bridge.fd = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
     if (host->bridge.fd < 0 || modbus_host_other_end(host) < 0)
         return -1;
+    line->adapter = &host->seat;
     return sim_modbus_seat_init(&host->seat, line, &host->bridge.station) ==
                    MOTION_OK
                ? 0

@@ -3,7 +3,7 @@
  *
  * A pseudo-terminal is a seat on a simulated RTU line: what a program writes to
  * it takes its bit time there, and so do the answers.  A TCP socket serves the
- * registers directly, by unit.  One thread runs the simulated world on
+ * registers directly, by unit, through what is wrong on the way to it.  One thread runs the simulated world on
  * CLOCK_MONOTONIC; nobody else may touch it between start and stop, but who has
  * the lock, and for a moment. */
 #ifndef FIRMWARE_LINUX_MACHINE_MODBUS_HOST_H
@@ -30,7 +30,9 @@ struct modbus_host_bridge {
 };
 
 struct modbus_host_client {
-    int fd; /* -1: none */
+    int fd;          /* -1: none */
+    uint32_t number; /* of all that have come */
+    bool deaf;       /* what it says is not heard any more */
     uint8_t frame[MODBUS_TCP_FRAME_MAX];
     unsigned length;
 };
@@ -46,6 +48,10 @@ struct modbus_host {
     int listener; /* -1: none */
     uint16_t port;
     struct modbus_slave *slave[MODBUS_HOST_UNITS];
+    struct sim_modbus_faulty *faulty[MODBUS_HOST_UNITS]; /* NULL: none is */
+    uint32_t clients;                                    /* that have come */
+    /* Whose `deaf` and `closed` are those of the connections; NULL: none's. */
+    struct sim_modbus_line *wire;
     struct modbus_host_client client[MODBUS_HOST_CLIENTS];
 
     pthread_t thread;

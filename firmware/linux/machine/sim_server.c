@@ -27,6 +27,7 @@ static int sim_server_bus(struct sim_server *server, unsigned i,
         err = modbus_device_start(&server->device[i], server->rig, i, &at,
                                   message);
         server->bus_count += err == MOTION_OK;
+        server->served_line[i] = &server->device[i].line;
         for (unsigned axis = 0;
              err == MOTION_OK && axis < server->rig->axis_count; axis++)
             if (server->rig->axis[axis].bus == i)
@@ -70,10 +71,13 @@ int sim_server_open(struct sim_server *server, const struct rig *rig,
 #undef CAPACITY
     server->served = memory_pool_new(&server->memory, rig->axis_count,
                                      sizeof(struct sim_modbus_servo *));
+    server->served_line = memory_pool_new(&server->memory, rig->bus_count,
+                                          sizeof(struct sim_modbus_line *));
     err = machine_sim_init(&server->sim, rig, true, &server->wire, message);
     for (unsigned i = 0; err == MOTION_OK && i < rig->bus_count; i++)
         err = sim_server_bus(server, i, message);
     server->sim.served = server->served;
+    server->sim.served_line = server->served_line;
     if (err < 0)
         sim_server_close(server);
     return err;

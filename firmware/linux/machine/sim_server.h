@@ -26,8 +26,9 @@ struct sim_server {
     unsigned bus_count;        /* open so far */
     struct memory_pool memory; /* of the arrays: one per bus */
     bool *is_modbus;
-    struct modbus_device *device;     /* of those, real time */
-    struct sim_modbus_servo **served; /* of each axis; NULL: on CAN */
+    struct modbus_device *device;         /* of those, real time */
+    struct sim_modbus_servo **served;     /* of each axis; NULL: on CAN */
+    struct sim_modbus_line **served_line; /* of each bus */
     struct can_socketcan *port;
     struct pollfd *poll_fd;
     uint64_t frames_in, frames_out;

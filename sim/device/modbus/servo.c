@@ -209,8 +209,8 @@ void sim_modbus_servo_inject(struct sim_modbus_servo *self,
         break;
     case SIM_MODBUS_SERVO_OFF:
         sim_modbus_servo_torque_off(self);
-        self->faulty.fault = SIM_MODBUS_MUTE;
-        self->faulty.times = 0;
+        self->faulty.from.fault = SIM_MODBUS_MUTE;
+        self->faulty.from.times = 0;
         break;
     case SIM_MODBUS_SERVO_FROZEN:
         self->frozen_counts = sim_modbus_servo_counts(self) + self->jump_counts;
@@ -233,7 +233,7 @@ void sim_modbus_servo_end(struct sim_modbus_servo *self,
     if (fault == SIM_MODBUS_SERVO_FROZEN)
         self->frozen = false;
     if (fault == SIM_MODBUS_SERVO_OFF)
-        self->faulty.fault = SIM_MODBUS_GOOD;
+        self->faulty.from.fault = SIM_MODBUS_GOOD;
 }
 
 static int servo_sit(struct sim_modbus_servo *self,
@@ -241,14 +241,15 @@ static int servo_sit(struct sim_modbus_servo *self,
 {
     int err;
 
+    sim_modbus_faulty_init(&self->faulty, &self->rtu.station,
+                           UINT64_C(88172645463325252) + self->config.unit);
     if (line == NULL)
         return MOTION_OK;
+    self->faulty.time = &line->time;
     err = modbus_rtu_slave_init(&self->rtu, &self->slave, self->config.unit,
                                 &self->config.line, self->config.turnaround_ns);
     if (err < 0)
         return err;
-    sim_modbus_faulty_init(&self->faulty, &self->rtu.station,
-                           UINT64_C(88172645463325252) + self->config.unit);
     return sim_modbus_seat_init(&self->seat, line, &self->faulty.station);
 }
 

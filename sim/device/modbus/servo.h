@@ -53,7 +53,8 @@ struct sim_modbus_servo {
     struct sim_member member;
     struct modbus_slave slave;
     struct modbus_rtu_slave rtu;
-    struct sim_modbus_faulty faulty; /* in front of rtu */
+    struct sim_modbus_faulty
+        faulty; /* in front of rtu, or of a server on TCP */
     struct sim_modbus_seat seat;
     struct sim_world *world;
     struct sim_modbus_servo_config config;

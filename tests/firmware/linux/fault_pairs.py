@@ -5,8 +5,8 @@
 
 COUNT random pairs (pair n comes from n alone, so FIRST=n COUNT=1 is that pair
 again) on four CiA 402 axes with e-stop and limit switches, on an ODrive and a
-moteus, or with a Modbus servo, in virtual time on all cores.  In every tick of
-every run:
+moteus, or with a Modbus servo on a serial line or on TCP, in virtual time on all
+cores.  In every tick of every run:
 
   - a set point is within the range of its axis, its step within the highest
     speed, the change of its step within the stop acceleration;
@@ -29,14 +29,15 @@ import tempfile
 
 import yaml
 
-from faults import GPIO
+from faults import GPIO, tcp_rig
 
 # After these a drive may not hear us in the end, or not be heard, and is named.
 # One that runs away hears us, but its fault reaction, which takes no order, ends
 # at rest only.
 LOST = ("cut_cable", "interface_down", "bus_off", "babble", "brown_out",
         "reboot", "slow_drive", "wrong_answer", "noise", "heartbeat_lost",
-        "bus_errors", "runaway", "loss", "duplication", "jitter")
+        "bus_errors", "runaway", "loss", "duplication", "jitter", "echo",
+        "collision", "turn_around", "hang_up")
 REST_S = 8.0
 
 MOVES = {
@@ -57,6 +58,7 @@ MOVES = {
   focus: {curve: s-curve, keys: [[0 s, 240 deg], [4 s, 180 deg]]}
 """,
 }
+MOVE_OF = {"tcp": "modbus"}
 
 
 def quantity(text):
@@ -78,6 +80,10 @@ class Rig:
         self.canopen = [name for name, bus in spec["buses"].items()
                         if bus["kind"] == "canopen"]
         self.buses = list(spec["buses"])
+        self.rtu = [name for name, bus in spec["buses"].items()
+                    if bus["kind"] == "modbus-rtu"]
+        self.tcp = [name for name, bus in spec["buses"].items()
+                    if bus["kind"] == "modbus-tcp"]
         self.lines = list(spec.get("gpio", ()))
 
     def on(self, bus):
@@ -90,6 +96,7 @@ def one_fault(draw, rig):
     axis = draw.choice(list(rig.axes))
     unit = rig.axes[axis]["unit"]
     kind = rig.axes[axis]["drive"]["kind"]
+    way = draw.choice(("", ", direction: from", ", direction: to"))
     lasting = f", for: {draw.randint(1, 800)} ms" if draw.random() < 0.5 else ""
     choices = [
         f"drive_fault, axis: {axis}",
@@ -102,8 +109,9 @@ def one_fault(draw, rig):
         f"noise, bus: {draw.choice(rig.buses)}, "
         f"rate: {draw.choice((1, 10, 40, 100))} %{lasting}",
         f"brown_out, axis: {axis}, for: {draw.randint(1, 500)} ms",
-        f"slow_drive, axis: {axis}, delay: {draw.randint(1, 60)} ms{lasting}",
-        f"wrong_answer, axis: {axis}, count: {draw.randint(1, 30)}",
+        f"slow_drive, axis: {axis}, delay: {draw.randint(1, 60)} ms{way}"
+        f"{lasting}",
+        f"wrong_answer, axis: {axis}, count: {draw.randint(1, 30)}{way}",
         f"friction_step, axis: {axis}, by: {draw.uniform(1, 400):.1f} "
         f"{unit}/s2{lasting}",
         f"obstacle, axis: {axis}{lasting}",
@@ -111,16 +119,28 @@ def one_fault(draw, rig):
         f"bus_off, bus: {draw.choice(rig.can)}{lasting}",
         f"bus_errors, bus: {draw.choice(rig.can)}, count: {draw.randint(1, 40)}",
         f"interface_down, bus: {draw.choice(rig.can)}{lasting}",
-        f"babble, bus: {draw.choice(rig.can)}{lasting}",
+        f"babble, bus: {draw.choice(rig.can + rig.rtu)}{lasting}",
+        f"loss, axis: {axis}, rate: {draw.choice((1, 10, 40, 100))} %"
+        f"{way}{lasting}",
+        f"duplication, axis: {axis}, rate: {draw.choice((1, 30, 100))} %"
+        f"{way}{lasting}",
+        f"jitter, axis: {axis}, delay: {draw.uniform(0.1, 40):.1f} ms"
+        f"{way}{lasting}",
     ]
-    if kind != "modbus":
-        way = draw.choice(("", ", direction: from", ", direction: to"))
+    for line in rig.rtu:
         choices += [
-            f"loss, axis: {axis}, rate: {draw.choice((1, 10, 40, 100))} %"
+            f"echo, bus: {line}{lasting}",
+            f"collision, bus: {line}{lasting}",
+            f"turn_around, bus: {line}, "
+            f"delay: {draw.uniform(0.1, 30):.1f} ms{lasting}",
+            f"noise, bus: {line}, rate: {draw.choice((1, 10, 40, 100))} %"
             f"{way}{lasting}",
-            f"duplication, axis: {axis}, rate: {draw.choice((1, 30, 100))} %"
-            f"{way}{lasting}",
-            f"jitter, axis: {axis}, delay: {draw.uniform(0.1, 40):.1f} ms"
+        ]
+    for line in rig.tcp:
+        choices += [
+            f"half_open, bus: {line}",
+            f"hang_up, bus: {line}{lasting}",
+            f"noise, bus: {line}, rate: {draw.choice((1, 10, 40, 100))} %"
             f"{way}{lasting}",
         ]
     if rig.canopen:
@@ -235,7 +255,8 @@ class Judge:
 def pair(slew, rigs, directory, n):
     """Wrong things of pair n, and the faults."""
     draw = random.Random(n)
-    which = draw.choices(("dolly", "odrive", "modbus"), (6, 3, 2))[0]
+    which = draw.choices(("dolly", "odrive", "modbus", "tcp"),
+                         (6, 3, 2, 2))[0]
     rig = rigs[which]
     faults = [f"{one_fault(draw, rig)}, {when(draw, i > 0)}" for i in range(2)]
     base = os.path.join(directory, str(n))
@@ -245,7 +266,7 @@ def pair(slew, rigs, directory, n):
     try:
         done = subprocess.run(
             [slew, "run", "--json", "--faults", base + ".yaml", "--telemetry",
-             base + ".csv", rig.path, f"{directory}/{which}.move.yaml"],
+             base + ".csv", rig.path, f"{directory}/{MOVE_OF.get(which, which)}.move.yaml"],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             check=False, timeout=120)
     except subprocess.TimeoutExpired:
@@ -296,7 +317,8 @@ def main():
             file.write(text + GPIO)
         rigs = {"dolly": Rig(f"{directory}/rig.yaml"),
                 "odrive": Rig("examples/odrive/rig.yaml"),
-                "modbus": Rig("examples/modbus/rig.yaml")}
+                "modbus": Rig("examples/modbus/rig.yaml"),
+                "tcp": Rig(tcp_rig(directory))}
         jobs = [pool.submit(pair, slew, rigs, directory, n)
                 for n in range(first, first + count)]
         for n, job in enumerate(jobs, first):

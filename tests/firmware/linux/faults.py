@@ -38,15 +38,24 @@ RIGS = {
     "dolly": ("examples/dolly", 1, ("1.5 s", "9 s", "20 s")),
     "modbus": ("examples/modbus", 5, ("1.5 s", "3 s", "4.5 s")),
     "odrive": ("examples/odrive", 1, ("500 ms", "1.5 s", "2 s")),
+    # examples/modbus, its servo on TCP
+    "tcp": ("examples/modbus", 5, ("1.5 s", "3 s", "4.5 s")),
 }
+LINE = "{kind: modbus-rtu, device: /dev/ttyUSB0, baud: 115200, parity: none, " \
+    "stop_bits: 2}"
+TCP = "{kind: modbus-tcp, host: 127.0.0.1, port: 502}"
 
 SEEN_NS = 3000000000   # of telemetry, from the fault on
 
 H, T = 100, 1          # ms, of the demo
 H_ODRIVE = 20
-# Three deadlines, the silence of twice that after the first two, the
-# transaction under way before, and a tick.
-MODBUS = 3 * 50 + 2 * 100 + 6 + 5
+# Three deadlines, each counted from the end of the request and with the time of
+# the answer on the wire (3 ms together), the silence of twice that after the
+# first two, the transaction under way before, and a tick.
+MODBUS = 3 * (50 + 3) + 2 * 100 + 6 + 5
+# Where the line is never silent nothing is asked: three cycles of 23 ms and six
+# deadlines without feedback, and a tick.
+SILENT = 3 * 23 + 6 * 50 + 5
 
 GONE = "not on the bus any more"
 OLD = "feedback is too old"
@@ -115,6 +124,61 @@ ROWS = [
     ("Modbus drive late", "modbus",
      "fault: slow_drive, axis: pan, delay: 200 ms", (OLD, GONE), "pan", "STOP",
      0, MODBUS),
+    ("all requests to a Modbus drive lost", "modbus",
+     "fault: loss, axis: pan, rate: 100 %, direction: to", (OLD, GONE), "pan",
+     "STOP", 0, MODBUS),
+    ("Modbus requests spoilt (CRC)", "modbus",
+     "fault: noise, bus: line1, rate: 100 %, direction: to", (OLD, GONE),
+     "pan", "STOP", 0, MODBUS),
+    ("a Modbus drive hears 200 ms late", "modbus",
+     "fault: slow_drive, axis: pan, delay: 200 ms, direction: to", (OLD, GONE),
+     "pan", "STOP", 0, MODBUS),
+    ("Modbus answers jitter by 10 ms", "modbus",
+     "fault: jitter, axis: pan, delay: 10 ms, for: 1 s", "", "", "none", 0, 0),
+    ("Modbus requests jitter by 10 ms", "modbus",
+     "fault: jitter, axis: pan, delay: 10 ms, direction: to, for: 1 s", "", "",
+     "none", 0, 0),
+    ("Modbus answers twice, 10 %", "modbus",
+     "fault: duplication, axis: pan, rate: 10 %, for: 1 s", "", "", "none", 0,
+     0),
+    ("Modbus requests twice, 10 %", "modbus",
+     "fault: duplication, axis: pan, rate: 10 %, direction: to, for: 1 s", "",
+     "", "none", 0, 0),
+    ("RS-485: the adapter hears itself", "modbus",
+     "fault: echo, bus: line1", (OLD, GONE), "pan", "STOP", 0, MODBUS),
+    ("RS-485: collisions with another master", "modbus",
+     "fault: collision, bus: line1", (OLD, GONE), "pan", "STOP", 0, SILENT),
+    ("RS-485: a babbling node", "modbus",
+     "fault: babble, bus: line1", OLD, "pan", "STOP", 0, SILENT),
+    ("RS-485: the adapter turns 10 ms late", "modbus",
+     "fault: turn_around, bus: line1, delay: 10 ms", (OLD, GONE), "pan",
+     "STOP", 0, MODBUS),
+    ("Modbus TCP: the server hangs up", "tcp",
+     "fault: hang_up, bus: line1", DOWN, "all axes", "OFF", 0, 10),
+    ("Modbus TCP: hangs up, back at once", "tcp",
+     "fault: hang_up, bus: line1, for: 100 ms", DOWN, "all axes", "OFF", 0,
+     10),
+    ("Modbus TCP: half open, connected anew", "tcp",
+     "fault: half_open, bus: line1", "", "", "none", 0, 0),
+    ("Modbus TCP: all segments lost", "tcp",
+     "fault: loss, axis: pan, rate: 100 %", (OLD, GONE), "pan", "STOP", 0,
+     MODBUS),
+    ("Modbus TCP: all segments to it lost", "tcp",
+     "fault: loss, axis: pan, rate: 100 %, direction: to", (OLD, GONE), "pan",
+     "STOP", 0, MODBUS),
+    ("Modbus TCP: one segment in 100 sent again", "tcp",
+     "fault: loss, axis: pan, rate: 1 %, for: 1 s", "", "", "none", 0, 0),
+    ("Modbus TCP: a server 200 ms late", "tcp",
+     "fault: slow_drive, axis: pan, delay: 200 ms", (OLD, GONE), "pan", "STOP",
+     0, MODBUS),
+    ("Modbus TCP: answers jitter by 20 ms", "tcp",
+     "fault: jitter, axis: pan, delay: 20 ms, for: 1 s", "", "", "none", 0, 0),
+    ("Modbus TCP: another transaction's answers", "tcp",
+     "fault: noise, bus: line1, rate: 100 %", (OLD, GONE), "pan", "STOP", 0,
+     MODBUS),
+    ("Modbus TCP: answers twice, 10 %", "tcp",
+     "fault: duplication, axis: pan, rate: 10 %, for: 1 s", "", "", "none", 0,
+     0),
     ("following error: an obstacle", "dolly", "fault: obstacle, axis: dolly",
      FOLLOW, "dolly", "STOP", "error", T),
     ("following error: an obstacle, Modbus", "modbus",
@@ -181,6 +245,17 @@ ELSEWHERE = [
 ]
 
 
+def tcp_rig(directory):
+    """Writes examples/modbus with its servo on TCP; the path."""
+    path = f"{directory}/tcp.yaml"
+    with open("examples/modbus/rig.yaml", encoding="utf-8") as file:
+        text = file.read()
+    assert LINE in text
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text.replace(LINE, TCP))
+    return path
+
+
 class Run:
     """One run: what telemetry and report say of it."""
 
@@ -190,7 +265,7 @@ class Run:
         with open(base + ".yaml", "w", encoding="utf-8") as file:
             file.write(f"faults: [{{{script}, at: {at}}}]\n")
         path = RIGS[rig][0]
-        rig_path = f"{directory}/rig.yaml" if rig == "dolly" \
+        rig_path = f"{directory}/{rig}.yaml" if rig in ("dolly", "tcp") \
             else f"{path}/rig.yaml"
         done = subprocess.run(
             [slew, "run", "--json", "--faults", base + ".yaml", "--telemetry",
@@ -284,7 +359,8 @@ def unreachable(path, script):
         axes = yaml.safe_load(file)["axes"]
     if word["fault"] in ("cut_cable", "bus_off", "interface_down", "babble",
                          "noise", "bus_errors", "heartbeat_lost", "runaway",
-                         "loss"):
+                         "loss", "echo", "collision", "turn_around",
+                         "hang_up"):
         return {name for name, axis in axes.items()
                 if name == word.get("axis") or
                 axis["drive"]["bus"] == word.get("bus")}
@@ -345,8 +421,9 @@ def main():
             concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         with open("examples/dolly/rig.yaml", encoding="utf-8") as file:
             text = file.read()
-        with open(f"{directory}/rig.yaml", "w", encoding="utf-8") as file:
+        with open(f"{directory}/dolly.yaml", "w", encoding="utf-8") as file:
             file.write(text + GPIO)
+        tcp_rig(directory)
         jobs = [[pool.submit(judge, slew, directory, row, at, f"{n}-{i}")
                  for i, at in enumerate(RIGS[row[1]][2])]
                 for n, row in enumerate(ROWS)]

@@ -65,7 +65,7 @@ static bool read_right(uint16_t address, bool spoilt, unsigned before,
         return true;
     if (!is_excused(reply.err, before, excused))
         fail_msg("read %u, kind %d: %s, register %04X", address,
-                 bench.faulty.fault, motion_err_text(reply.err),
+                 bench.faulty.from.fault, motion_err_text(reply.err),
                  reply.value[0]);
     return false;
 }
@@ -84,12 +84,12 @@ static void no_bad_answer_is_believed_on_a_terminal(void **state)
     for (uint16_t i = 0; i < 120; i = (uint16_t)(i + 2)) {
         const unsigned before = atomic_load(&watch.pauses);
 
-        bench.faulty.late_ns = TIMEOUT_NS + (5 + i % 40) * MS;
-        bench.faulty.fault = (enum sim_modbus_fault)(
+        bench.faulty.from.late_ns = TIMEOUT_NS + (5 + i % 40) * MS;
+        bench.faulty.from.fault = (enum sim_modbus_fault)(
             SIM_MODBUS_LATE + i / 2 % (SIM_MODBUS_FAULTS - 1));
         (void)read_right(i, true, before, &excused, &refused);
         wrong += refused;
-        bench.faulty.fault = SIM_MODBUS_GOOD;
+        bench.faulty.from.fault = SIM_MODBUS_GOOD;
         while (
             !read_right((uint16_t)(i + 1), false, before, &excused, &refused))
             ;
@@ -122,7 +122,7 @@ static void the_tick_is_never_blocked(void **state)
 
     (void)state;
     pty_begin(DRAIN_NS);
-    bench.faulty.fault = SIM_MODBUS_MUTE;
+    bench.faulty.from.fault = SIM_MODBUS_MUTE;
     for (unsigned tick = 0; tick < 1500; tick++) {
         const long before = sleeps();
         const int64_t since_ns = libmodbus_bench_now_ns(&bench);
@@ -182,6 +182,160 @@ static void a_server_that_went_away_is_found_again(void **state)
     libmodbus_bench_end(&bench);
 }
 
+/* An adapter that hears itself: what it has sent comes back before the answer.
+ * Only the answer to a write is the same. */
+static void an_echo_is_no_answer_on_a_terminal(void **state)
+{
+    unsigned refused = 0;
+
+    (void)state;
+    pty_begin(DRAIN_NS);
+    pthread_mutex_lock(&bench.host.lock);
+    bench.wire.echo = true;
+    pthread_mutex_unlock(&bench.host.lock);
+    for (uint16_t i = 0; i < 8; i++) {
+        const struct hal_modbus_reply reply = libmodbus_bench_read(&bench, i);
+
+        refused += reply.err != MOTION_OK;
+        assert_true(reply.err != MOTION_OK ||
+                    reply.value[0] == bench.bank.reg[i]);
+    }
+    assert_int_equal(refused, 8);
+    libmodbus_bench_end(&bench);
+}
+
+static struct sim_modbus_faulty server; /* what its frames meet */
+
+static void tcp_begin(void)
+{
+    const struct in_addr loopback = { htonl(INADDR_LOOPBACK) };
+    struct modbus_line_config config = { .host = "127.0.0.1",
+                                         .timeout_ns = 400 * MS };
+
+    libmodbus_bench_device(&bench, &line, RESPONSE_NS);
+    bench.host.wire = &bench.wire;
+    bench.host.slave[UNIT] = &bench.bank.slave;
+    sim_modbus_faulty_init(&server, NULL, 4711);
+    bench.host.faulty[UNIT] = &server;
+    assert_int_equal(modbus_host_tcp(&bench.host, loopback, 0), 0);
+    config.port = bench.host.port;
+    assert_int_equal(modbus_host_start(&bench.host), 0);
+    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    assert_int_equal(libmodbus_bench_read(&bench, 3).err, MOTION_OK);
+}
+
+/* What the server does from now on. */
+static void tcp_fault(struct sim_modbus_way from, struct sim_modbus_way to)
+{
+    pthread_mutex_lock(&bench.host.lock);
+    server.from = from;
+    server.to = to;
+    pthread_mutex_unlock(&bench.host.lock);
+}
+
+static int tcp_read(uint16_t address)
+{
+    const struct hal_modbus_reply reply = libmodbus_bench_read(&bench, address);
+
+    if (reply.err == MOTION_OK)
+        assert_int_equal(reply.value[0], bench.bank.reg[address]);
+    return reply.err;
+}
+
+static uint64_t tcp_reconnects(void)
+{
+    struct hal_modbus_stats stats;
+
+    hal_modbus_stats(&bench.libmodbus.modbus, &stats);
+    return stats.reconnects;
+}
+
+/* In either direction: late, later than the time-out, lost, spoilt, for another
+ * unit, twice.  The driver connects anew after each, and is right again. */
+static void tcp_frames_are_spoilt_and_recovered_from(void **state)
+{
+    const struct sim_modbus_way good = { 0 };
+    static const struct {
+        struct sim_modbus_way way;
+        int err; /* of an answer, of a request */
+        int err_to;
+    } rows[] = {
+        { { .delay_ns = 30 * MS }, MOTION_OK, MOTION_OK },
+        { { .delay_ns = 30 * MS, .jitter_ns = 20 * MS }, MOTION_OK, MOTION_OK },
+        { { .delay_ns = 900 * MS }, MOTION_E_TIMEOUT, MOTION_E_TIMEOUT },
+        { { .loss_q32 = UINT64_C(1) << 32, .resends = true },
+          MOTION_E_TIMEOUT,
+          MOTION_E_TIMEOUT },
+        { { .fault = SIM_MODBUS_FLIP }, MOTION_E_PROTOCOL, MOTION_E_PROTOCOL },
+        { { .fault = SIM_MODBUS_OTHER_UNIT },
+          MOTION_E_PROTOCOL,
+          MOTION_E_PROTOCOL },
+        { { .fault = SIM_MODBUS_MUTE }, MOTION_E_TIMEOUT, MOTION_E_TIMEOUT },
+    };
+
+    (void)state;
+    tcp_begin();
+    for (unsigned i = 0; i < 2 * ARRAY_LEN(rows); i++) {
+        const bool to = i >= ARRAY_LEN(rows);
+        const unsigned row = i % ARRAY_LEN(rows);
+        const int want = to ? rows[row].err_to : rows[row].err;
+
+        tcp_fault(to ? good : rows[row].way, to ? rows[row].way : good);
+        const int err = tcp_read(7);
+        if (err != want)
+            fail_msg("row %u, %s: %s", row, to ? "to" : "from",
+                     motion_err_text(err));
+        tcp_fault(good, good);
+        assert_int_equal(tcp_read((uint16_t)(8 + i)), MOTION_OK);
+    }
+    const struct sim_modbus_way twice = { .double_q32 = UINT64_C(1) << 32 };
+    for (uint16_t i = 0; i < 6; i++) { /* the second one is no answer */
+        tcp_fault(twice, good);
+        assert_int_equal(tcp_read(i), MOTION_OK);
+    }
+    libmodbus_bench_end(&bench);
+}
+
+/* Its other end is gone without a word: one time-out, and a new connection. */
+static void a_half_open_connection_is_made_anew(void **state)
+{
+    (void)state;
+    tcp_begin();
+    const uint64_t before = tcp_reconnects();
+    pthread_mutex_lock(&bench.host.lock);
+    bench.wire.deaf = true;
+    pthread_mutex_unlock(&bench.host.lock);
+    for (unsigned i = 0; i < 20; i++) /* the server has looked */
+        libmodbus_bench_pass(&bench);
+    assert_int_equal(tcp_read(7), MOTION_E_TIMEOUT);
+    assert_int_equal(tcp_read(8), MOTION_OK);
+    assert_int_equal(tcp_reconnects(), before + 1);
+    libmodbus_bench_end(&bench);
+}
+
+/* It ends every connection: said at once, and over when it takes one again. */
+static void a_server_that_hangs_up_is_said(void **state)
+{
+    unsigned tries = 0;
+
+    (void)state;
+    tcp_begin();
+    pthread_mutex_lock(&bench.host.lock);
+    bench.wire.closed = true;
+    pthread_mutex_unlock(&bench.host.lock);
+    for (unsigned i = 0; i < 20; i++)
+        libmodbus_bench_pass(&bench);
+    assert_int_equal(tcp_read(7), MOTION_E_IO);
+    pthread_mutex_lock(&bench.host.lock);
+    bench.wire.closed = false;
+    pthread_mutex_unlock(&bench.host.lock);
+    while (tcp_read(8) != MOTION_OK) {
+        assert_true(++tries < PATIENCE);
+        libmodbus_bench_pass(&bench);
+    }
+    libmodbus_bench_end(&bench);
+}
+
 static void what_cannot_be_opened_says_so(void **state)
 {
     struct modbus_line_config config = { .device = "/dev/null/none",
@@ -205,6 +359,10 @@ int main(void)
         cmocka_unit_test(no_bad_answer_is_believed_on_a_terminal),
         cmocka_unit_test(the_tick_is_never_blocked),
         cmocka_unit_test(a_server_that_went_away_is_found_again),
+        cmocka_unit_test(an_echo_is_no_answer_on_a_terminal),
+        cmocka_unit_test(tcp_frames_are_spoilt_and_recovered_from),
+        cmocka_unit_test(a_half_open_connection_is_made_anew),
+        cmocka_unit_test(a_server_that_hangs_up_is_said),
         cmocka_unit_test(what_cannot_be_opened_says_so),
     };
     one_processor();

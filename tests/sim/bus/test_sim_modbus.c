@@ -168,7 +168,7 @@ static struct hal_modbus_reply read_counter(uint16_t expected)
 
 static void expect_recovered(uint16_t value)
 {
-    bench.faulty.fault = SIM_MODBUS_GOOD;
+    bench.faulty.from.fault = SIM_MODBUS_GOOD;
     const struct hal_modbus_reply reply = read_counter(value);
 
     assert_int_equal(reply.err, MOTION_OK);
@@ -194,9 +194,10 @@ static void every_fault_is_told_and_recovered_from(void **state)
 
     (void)state;
     bench_init(&line_115200, 100000);
-    bench.faulty.late_ns = 50 * MS; /* beyond the time-out, inside the drain */
+    bench.faulty.from.late_ns =
+        50 * MS; /* beyond the time-out, inside the drain */
     for (unsigned i = 0; i < ARRAY_LEN(rows); i++) {
-        bench.faulty.fault = rows[i].fault;
+        bench.faulty.from.fault = rows[i].fault;
         const struct hal_modbus_reply reply = read_counter((uint16_t)(10 * i));
         if (reply.err != rows[i].err)
             fail_msg("fault %d: %s", rows[i].fault, motion_err_text(reply.err));
@@ -218,8 +219,9 @@ static void a_late_answer_is_never_the_next_ones(void **state)
             .unit = UNIT, .function = 3, .address = i % 64, .count = 1
         };
 
-        bench.faulty.fault = i % 10 == 3 ? SIM_MODBUS_LATE : SIM_MODBUS_GOOD;
-        bench.faulty.late_ns = (25 + i % 40) * MS;
+        bench.faulty.from.fault =
+            i % 10 == 3 ? SIM_MODBUS_LATE : SIM_MODBUS_GOOD;
+        bench.faulty.from.late_ns = (25 + i % 40) * MS;
         while (hal_modbus_submit(&bench.master.modbus, &request, i % 64) !=
                MOTION_OK) {
             sim_world_run(&bench.world, bench.world.now_ns + MS);
@@ -245,16 +247,16 @@ static void no_corruption_is_taken_for_an_answer(void **state)
     (void)state;
     bench_init(&line_115200, 100000);
     for (unsigned i = 0; i < CORRUPTIONS; i++) {
-        bench.faulty.fault = (enum sim_modbus_fault)check_random_in(
+        bench.faulty.from.fault = (enum sim_modbus_fault)check_random_in(
             &seed, SIM_MODBUS_LATE, SIM_MODBUS_FAULTS - 1);
-        bench.faulty.late_ns = check_random_in(&seed, 1, 60) * MS;
+        bench.faulty.from.late_ns = check_random_in(&seed, 1, 60) * MS;
         const struct hal_modbus_reply reply = read_counter((uint16_t)i);
 
         if (reply.err == MOTION_OK &&
             (reply.count != 2 || reply.value[0] != (uint16_t)i ||
              reply.value[1] != (uint16_t)~i))
             fail_msg("corruption %u, kind %d: wrong value accepted", i,
-                     bench.faulty.fault);
+                     bench.faulty.from.fault);
         good += reply.err == MOTION_OK;
         refused += reply.err == MOTION_E_REFUSED;
         broken += reply.err == MOTION_E_PROTOCOL;
@@ -335,6 +337,120 @@ static void a_cut_line_times_out_and_comes_back(void **state)
     expect_recovered(2);
 }
 
+/* Requests that come late, twice or spoilt are answered late, not, or again: no
+ * answer is ever another one's. */
+static void requests_meet_the_same_faults(void **state)
+{
+    struct sim_modbus_way *const to = &bench.faulty.to;
+
+    (void)state;
+    bench_init(&line_115200, 100000);
+    bench.faulty.time = &bench.wire.time;
+    to->fault = SIM_MODBUS_FLIP;
+    assert_int_equal(read_counter(1).err, MOTION_E_TIMEOUT);
+    assert_int_equal(bench.slave.served, 0);
+    to->fault = SIM_MODBUS_OTHER_UNIT;
+    assert_int_equal(read_counter(2).err, MOTION_E_TIMEOUT);
+    assert_int_equal(bench.slave.served, 0);
+    to->fault = SIM_MODBUS_GOOD;
+    to->delay_ns = 20 * MS;
+    const struct hal_modbus_reply late = read_counter(3);
+    assert_int_equal(late.err, MOTION_OK);
+    assert_true(late.answer_ns - late.sent_ns > 20 * MS);
+    to->delay_ns = 45 * MS; /* answered while the master listens alone */
+    assert_int_equal(read_counter(4).err, MOTION_E_TIMEOUT);
+    to->delay_ns = 0;
+    expect_recovered(5);
+    to->double_q32 = UINT64_C(1) << 32;
+    assert_int_equal(read_counter(6).err, MOTION_OK);
+    to->double_q32 = 0;
+    sim_world_run(&bench.world, bench.world.now_ns + 20 * MS);
+    expect_recovered(7);
+}
+
+/* The adapter hears its own request in front of every answer. */
+static void an_echo_is_no_answer(void **state)
+{
+    const struct hal_modbus_request write = {
+        .unit = UNIT, .function = 6, .address = 4, .count = 1, .value = { 77 }
+    };
+
+    (void)state;
+    bench_init(&line_115200, 100000);
+    bench.wire.adapter = &bench.seat[1];
+    bench.wire.echo = true;
+    assert_int_equal(read_counter(1).err, MOTION_E_PROTOCOL);
+    /* what it hears is what an answer to this would be */
+    assert_int_equal(transact(&write).err, MOTION_E_PROTOCOL);
+    bench.wire.echo = false;
+    expect_recovered(2);
+}
+
+/* An adapter that holds the line too long cuts the answer's beginning off. */
+static void an_answer_before_the_turn_is_cut(void **state)
+{
+    const int64_t answer_ns = 100000;
+
+    (void)state;
+    bench_init(&line_115200, answer_ns);
+    bench.wire.adapter = &bench.seat[1];
+    /* the slave answers 3.5 characters and its own time after the request */
+    bench.wire.turn_ns = bench.wire.time.gap_ns + answer_ns;
+    assert_int_equal(read_counter(1).err, MOTION_OK);
+    bench.wire.turn_ns += 1000;
+    assert_int_equal(read_counter(2).err, MOTION_E_PROTOCOL);
+    bench.wire.turn_ns = 10 * MS; /* all of it */
+    assert_int_equal(read_counter(3).err, MOTION_E_TIMEOUT);
+    bench.wire.turn_ns = 0;
+    expect_recovered(4);
+}
+
+/* Another master asks the same unit whoever else talks: frames collide, and its
+ * answers are never taken for ours. */
+static void another_master_collides_with_us(void **state)
+{
+    struct sim_modbus_intruder intruder;
+    unsigned good = 0, failed = 0;
+
+    (void)state;
+    bench_init(&line_115200, 100000);
+    assert_int_equal(sim_modbus_intruder_init(&intruder, &bench.wire, 4711), 0);
+    bench.bank.reg[0] = 0xAAAA;
+    bench.bank.reg[1] = 0xBBBB;
+    intruder.unit = UNIT;
+    intruder.pause_ns = 150 * MS; /* the line is to be silent for 60 ms */
+    intruder.on = true;
+    for (uint16_t i = 0; i < 400; i++) {
+        const struct hal_modbus_reply reply = read_counter(i);
+
+        good += reply.err == MOTION_OK;
+        failed += reply.err != MOTION_OK;
+        if (reply.err == MOTION_OK)
+            assert_int_equal(reply.value[0], i);
+    }
+    printf("%u answered, %u not, %u collisions\n", good, failed,
+           (unsigned)bench.wire.collisions);
+    assert_true(good > 200 && failed > 30 && bench.wire.collisions > 20);
+    intruder.on = false;
+    sim_world_run(&bench.world, bench.world.now_ns + 100 * MS);
+    expect_recovered(1);
+}
+
+/* Its port says so at once, and again when it is back. */
+static void a_port_that_is_gone_fails_at_once(void **state)
+{
+    (void)state;
+    bench_init(&line_115200, 100000);
+    bench.master.down = true;
+    const int64_t before_ns = bench.world.now_ns;
+    assert_int_equal(read_counter(1).err, MOTION_E_IO);
+    assert_true(bench.world.now_ns - before_ns <= MS);
+    assert_int_equal(hal_modbus_is_up(&bench.master.modbus), 0);
+    bench.master.down = false;
+    assert_int_equal(hal_modbus_is_up(&bench.master.modbus), 1);
+    expect_recovered(2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -346,6 +462,11 @@ int main(void)
         cmocka_unit_test(no_corrupted_request_writes),
         cmocka_unit_test(who_talks_at_once_spoils_both),
         cmocka_unit_test(a_cut_line_times_out_and_comes_back),
+        cmocka_unit_test(requests_meet_the_same_faults),
+        cmocka_unit_test(an_echo_is_no_answer),
+        cmocka_unit_test(an_answer_before_the_turn_is_cut),
+        cmocka_unit_test(another_master_collides_with_us),
+        cmocka_unit_test(a_port_that_is_gone_fails_at_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

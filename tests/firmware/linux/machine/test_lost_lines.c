@@ -196,8 +196,8 @@ static void corrupt(struct line *self, enum corrupt corrupt)
         atomic_store(&self->corrupt, corrupt);
         return;
     }
-    self->bench.faulty.late_ns = 2 * TIMEOUT_NS;
-    self->bench.faulty.fault = fault[corrupt];
+    self->bench.faulty.from.late_ns = 2 * TIMEOUT_NS;
+    self->bench.faulty.from.fault = fault[corrupt];
 }
 
 /* ---- the driver ---- */

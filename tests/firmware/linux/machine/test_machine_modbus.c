@@ -105,16 +105,16 @@ static void one_bad_answer_is_no_fault(void **state)
     (void)state;
     for (int fault = SIM_MODBUS_MUTE; fault < SIM_MODBUS_FAULTS; fault++) {
         build_ready();
-        SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.fault =
+        SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.from.fault =
             (enum sim_modbus_fault)fault;
-        SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.times = 1;
+        SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.from.times = 1;
         for (int n = 0; n < 600; n++)
             tick();
         if (machine.controller.state != CONTROLLER_READY)
             fail_msg("kind %d: %s", fault,
                      controller_fault_text(machine.controller.fault.fault));
-        assert_int_equal(SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.spoilt,
-                         1);
+        assert_int_equal(
+            SERVO_OF(sim_modbus_servo, &sim, PAN)->faulty.from.spoilt, 1);
     }
 }
 

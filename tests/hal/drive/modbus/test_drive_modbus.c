@@ -321,8 +321,8 @@ static void single_bad_answers_do_not_stop_a_move(void **state)
         moving_bench("leadshine-el7");
         for (unsigned tick = 2000; tick < 4500; tick++) {
             if (tick % 600 == 0) {
-                bench.servo.faulty.fault = (enum sim_modbus_fault)fault;
-                bench.servo.faulty.times = 1;
+                bench.servo.faulty.from.fault = (enum sim_modbus_fault)fault;
+                bench.servo.faulty.from.times = 1;
             }
             quintic(1.2345, 8, 4, tick * 1e-3, &bench.target);
             modbus_bench_tick(&bench);

@@ -9,8 +9,8 @@ static struct strict_bench bench;
 
 static void late(void)
 {
-    bench.faulty.fault = SIM_MODBUS_LATE;
-    bench.faulty.late_ns = 300 * MS;
+    bench.faulty.from.fault = SIM_MODBUS_LATE;
+    bench.faulty.from.late_ns = 300 * MS;
 }
 
 static void deaf(void)
@@ -20,22 +20,22 @@ static void deaf(void)
 
 static void mute(void)
 {
-    bench.faulty.fault = SIM_MODBUS_MUTE;
+    bench.faulty.from.fault = SIM_MODBUS_MUTE;
 }
 
 static void other_unit(void)
 {
-    bench.faulty.fault = SIM_MODBUS_OTHER_UNIT;
+    bench.faulty.from.fault = SIM_MODBUS_OTHER_UNIT;
 }
 
 static void wrong_crc(void)
 {
-    bench.faulty.fault = SIM_MODBUS_WRONG_CRC;
+    bench.faulty.from.fault = SIM_MODBUS_WRONG_CRC;
 }
 
 static void noise(void)
 {
-    bench.faulty.fault = SIM_MODBUS_NOISE;
+    bench.faulty.from.fault = SIM_MODBUS_NOISE;
 }
 
 static void position_jumps(void)
@@ -94,7 +94,7 @@ static void rebooted_unheard(void)
 
 static void heal(void)
 {
-    bench.faulty.fault = SIM_MODBUS_GOOD;
+    bench.faulty.from.fault = SIM_MODBUS_GOOD;
     bench.wire.cut = false;
     bench.servo.refuses_off = false;
 }

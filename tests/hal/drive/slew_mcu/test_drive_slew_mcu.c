@@ -437,9 +437,9 @@ static void a_bad_line_changes_no_set_point(void **state)
         }
         get_ready();
         for (unsigned b = 0; b < BOARDS; b++) {
-            faulty[b].fault = fault;
-            faulty[b].late_ns = 5 * MS;
-            faulty[b].share_q32 = (UINT64_C(1) << 32) / 50;
+            faulty[b].from.fault = fault;
+            faulty[b].from.late_ns = 5 * MS;
+            faulty[b].from.share_q32 = (UINT64_C(1) << 32) / 50;
         }
         make_move(20, 200);
         assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
@@ -447,7 +447,7 @@ static void a_bad_line_changes_no_set_point(void **state)
         for (unsigned i = 0; i < 12000; i++)
             tick();
         for (unsigned b = 0; b < BOARDS; b++)
-            assert_true(faulty[b].spoilt > 0);
+            assert_true(faulty[b].from.spoilt > 0);
         if (bench->controller.fault.fault == CONTROLLER_FAULT_NONE &&
             bench->playback.err == MOTION_OK) {
             assert_int_equal(bench->rows, 4000);

@@ -12,11 +12,12 @@
     "    velocity: 200 mm/s, acceleration: 400 mm/s2, jerk: 4000 mm/s3},\n"    \
     "    stop: {acceleration: 1600 mm/s2, jerk: 24000 mm/s3},\n"               \
     "    following_error: {floor: 2 mm, time: 20 ms},\n"                       \
-    "    drive: {kind: cia402, bus: can0, node: " node                         \
-    ", counts: 4096 per mm},\n"                                                \
+    "    drive: {kind: cia402, bus: can0, " node ", counts: 4096 per mm},\n"   \
     "    sim: {start: 10 mm}}\n"
-static const char rig[] = RIG_START RIG_AXIS("a", "1") RIG_AXIS(
-    "b", "2") "gpio: {stop: {kind: e-stop, line: GPIO5, active: low}}\n";
+static const char rig[] = RIG_START RIG_AXIS("a", "node: 1") RIG_AXIS(
+    "b", "node: 2") "gpio: {stop: {kind: e-stop, line: GPIO5, active: low}}\n";
+static const char two_axes[] = RIG_START RIG_AXIS("a", "node: 1, axis: 1")
+    RIG_AXIS("b", "node: 1, axis: 2, pdo: {rx: 0x405, tx: 0x385}");
 static const char move[] = "axes:\n"
                            "  a: {curve: s-curve, keys: [[0 s, 10 mm], "
                            "[4 s, 300 mm]]}\n"
@@ -107,6 +108,131 @@ static void every_fault_happens_and_is_told(void **state)
     assert_int_equal(wrong, 0);
 }
 
+/* A servo on Modbus, whose map has a watchdog. */
+#define MODBUS_RIG(bus)                                                        \
+    "buses: {net: " bus "}\n"                                                  \
+    "tick: 5 ms\naxes:\n"                                                      \
+    "  a: {unit: mm, limits: {position: [0 mm, 600 mm],\n"                     \
+    "    velocity: 100 mm/s, acceleration: 100 mm/s2, jerk: 1000 mm/s3},\n"    \
+    "    stop: {acceleration: 400 mm/s2, jerk: 4000 mm/s3},\n"                 \
+    "    following_error: {floor: 20 mm, time: 100 ms},\n"                     \
+    "    drive: {kind: modbus, bus: net, node: 5, map: lexium-32,\n"           \
+    "      counts: 4096 per mm},\n"                                            \
+    "    sim: {start: 10 mm}}\n"
+static const char modbus_move[] =
+    "axes:\n"
+    "  a: {curve: s-curve, keys: [[0 s, 10 mm], [6 s, 60 mm]]}\n";
+
+/* On a serial line and on TCP; NULL: refused, as `says` says. */
+static const struct {
+    const char *entry;
+    const char *rtu, *tcp;
+} modbus_rows[] = {
+    { "{fault: slow_drive, axis: a, delay: 300 ms, at: 1 s}", "a: ", "a: " },
+    { "{fault: slow_drive, axis: a, delay: 300 ms, direction: to, at: 1 s}",
+      "a: ", "a: " },
+    { "{fault: jitter, axis: a, delay: 10 ms, at: 1 s}", "done", "done" },
+    { "{fault: jitter, axis: a, delay: 10 ms, direction: to, at: 1 s}", "done",
+      "done" },
+    { "{fault: loss, axis: a, rate: 100 %, at: 1 s}", "a: ", "a: " },
+    { "{fault: loss, axis: a, rate: 100 %, direction: to, at: 1 s}",
+      "a: ", "a: " },
+    { "{fault: loss, axis: a, rate: 3 %, at: 1 s, for: 500 ms}", "done",
+      "done" },
+    { "{fault: duplication, axis: a, rate: 20 %, at: 1 s}", "done", "done" },
+    { "{fault: duplication, axis: a, rate: 5 %, direction: to, at: 1 s}",
+      "done", "done" },
+    { "{fault: wrong_answer, axis: a, count: 30, direction: to, at: 1 s}",
+      "a: ", "a: " },
+    { "{fault: noise, bus: net, rate: 100 %, direction: to, at: 1 s}",
+      "a: ", "a: " },
+    { "{fault: noise, bus: net, rate: 100 %, direction: from, at: 1 s}",
+      "a: ", "a: " },
+    { "{fault: echo, bus: net, at: 1 s}", "a: ", "bus is no Modbus RTU line" },
+    { "{fault: collision, bus: net, at: 1 s}",
+      "a: ", "bus is no Modbus RTU line" },
+    { "{fault: babble, bus: net, at: 1 s}",
+      "a: ", "bus is no CAN bus or Modbus RTU line" },
+    { "{fault: turn_around, bus: net, delay: 50 ms, at: 1 s}",
+      "a: ", "bus is no Modbus RTU line" },
+    { "{fault: turn_around, bus: net, delay: 0.2 ms, at: 1 s}", "done",
+      "bus is no Modbus RTU line" },
+    { "{fault: half_open, bus: net, at: 1 s}",
+      "bus is no Modbus TCP connection", "done" },
+    { "{fault: hang_up, bus: net, at: 1 s}", "bus is no Modbus TCP connection",
+      "the bus is down" },
+    { "{fault: hang_up, bus: net, at: 1 s, for: 100 ms}",
+      "bus is no Modbus TCP connection", "the bus is down" },
+};
+
+static unsigned modbus_wrong(const char *entry, const char *says)
+{
+    const int want = strcmp(says, "done") == 0    ? 0
+                     : strstr(says, "bus is no ") ? 2
+                                                  : 1;
+    const int status = run_faults(entry, "t.csv");
+    char said[64];
+
+    snprintf(said, sizeof said, want == 1 ? "fault: %s" : "%s", says);
+    if (strcmp(says, "the bus is down") == 0)
+        snprintf(said, sizeof said, "%s", says);
+    if (status == want &&
+        strstr(want == 2 ? run_slew()->err : run_slew()->out, said) != NULL)
+        return 0;
+    print_error("%s: status %d, expected %d and \"%s\":\n%s%s", entry, status,
+                want, said, run_slew()->out, run_slew()->err);
+    return 1;
+}
+
+static void modbus_lines_and_connections_fail(void **state)
+{
+    unsigned wrong = 0;
+
+    (void)state;
+    run_put("move.yaml", modbus_move);
+    run_put("rig.yaml",
+            MODBUS_RIG("{kind: modbus-rtu, device: /dev/ttyS9, baud: 115200}"));
+    for (size_t i = 0; i < ARRAY_LEN(modbus_rows); i++)
+        wrong += modbus_wrong(modbus_rows[i].entry, modbus_rows[i].rtu);
+    run_put("rig.yaml", MODBUS_RIG("{kind: modbus-tcp, host: 127.0.0.1}"));
+    for (size_t i = 0; i < ARRAY_LEN(modbus_rows); i++)
+        wrong += modbus_wrong(modbus_rows[i].entry, modbus_rows[i].tcp);
+    assert_int_equal(wrong, 0);
+    run_put("rig.yaml", rig);
+    run_put("move.yaml", move);
+}
+
+/* What a node of two axes says goes through one port, whichever axis is named;
+ * what it hears, each axis hears by itself. */
+static void a_node_of_two_axes_is_one_drive(void **state)
+{
+    static const char *const entries[] = {
+        "{fault: loss, axis: b, rate: 100 %, at: 1 s}",
+        "{fault: loss, axis: a, rate: 100 %, at: 1 s}",
+        "{fault: loss, axis: b, rate: 100 %, direction: to, at: 1 s}",
+        "{fault: loss, axis: a, rate: 100 %, direction: to, at: 1 s}",
+        "{fault: slow_drive, axis: b, delay: 20 ms, at: 1 s}",
+        "{fault: slow_drive, axis: b, delay: 20 ms, direction: to, at: 1 s}",
+        "{fault: heartbeat_lost, axis: b, at: 1 s}",
+        "{fault: wrong_answer, axis: b, count: 9, at: 1 s}",
+    };
+    unsigned wrong = 0;
+
+    (void)state;
+    run_put("rig.yaml", two_axes);
+    assert_int_equal(
+        run_faults("{fault: loss, axis: b, rate: 1 %, at: 1 s, for: 5 ms}",
+                   "t.csv"),
+        0);
+    for (size_t i = 0; i < ARRAY_LEN(entries); i++)
+        if (run_faults(entries[i], "t.csv") != 1) {
+            print_error("%s: %s", entries[i], run_slew()->out);
+            wrong++;
+        }
+    assert_int_equal(wrong, 0);
+    run_put("rig.yaml", rig);
+}
+
 /* Same seed, same bytes: everything at once that is drawn at random. */
 static void the_same_script_gives_the_same_bytes(void **state)
 {
@@ -156,6 +282,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_fault_happens_and_is_told),
+        cmocka_unit_test(modbus_lines_and_connections_fail),
+        cmocka_unit_test(a_node_of_two_axes_is_one_drive),
         cmocka_unit_test(the_same_script_gives_the_same_bytes),
         cmocka_unit_test(a_fault_begins_when_it_is_said_to),
     };

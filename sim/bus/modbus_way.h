@@ -1,0 +1,71 @@
+/* sim/bus/modbus_way.h - what goes wrong with frames of Modbus in one direction, a
+ * device's answers or the requests to it: spoilt, late, lost, twice.
+ *
+ * A lost segment of TCP is sent again, and what follows on its connection waits
+ * for it. */
+#ifndef SIM_BUS_MODBUS_WAY_H
+#define SIM_BUS_MODBUS_WAY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum sim_modbus_fault {
+    SIM_MODBUS_GOOD,
+    SIM_MODBUS_LATE,      /* late_ns more */
+    SIM_MODBUS_MUTE,      /* no frame */
+    SIM_MODBUS_EXCEPTION, /* answers "device busy" whatever was asked */
+    SIM_MODBUS_WRONG_CRC,
+    SIM_MODBUS_OTHER_UNIT, /* a sound frame of somebody else */
+    SIM_MODBUS_HALF,       /* stops in the middle */
+    SIM_MODBUS_TWICE,      /* the frame twice without silence between */
+    SIM_MODBUS_NOISE,      /* random bytes instead */
+    SIM_MODBUS_FLIP, /* a burst of wrong bits, 16 at most: a CRC-16 sees all of
+                        them, of longer ones all but 1 in 65536 */
+    SIM_MODBUS_FAULTS, /* how many */
+};
+
+#define SIM_MODBUS_WAY_FRAME 260 /* of RTU or TCP */
+#define SIM_MODBUS_WAY_HELD  8   /* late frames; one more is lost */
+
+struct sim_modbus_held {
+    uint8_t frame[SIM_MODBUS_WAY_FRAME];
+    unsigned length;
+    uint32_t tag; /* of its connection: late frames of one stay in order */
+    int64_t due_ns;
+};
+
+struct sim_modbus_way {
+    enum sim_modbus_fault fault; /* from the next frame on */
+    unsigned times;              /* so many frames; 0: all */
+    uint64_t share_q32;          /* so many in 2^32; 0: all */
+    int64_t late_ns;             /* SIM_MODBUS_LATE */
+    int64_t delay_ns;            /* every frame so much later, */
+    int64_t jitter_ns;           /* and up to so much more; in order */
+    uint64_t loss_q32;           /* so many in 2^32 are lost, */
+    uint64_t double_q32;         /* come twice */
+    bool resends; /* what is lost comes 200 ms later, lost again 600 ms .. */
+    uint64_t spoilt, lost, doubled;
+
+    /* Private from here on. */
+    struct sim_modbus_held held[SIM_MODBUS_WAY_HELD];
+    unsigned count;
+};
+
+/* What happens to the next frame. */
+enum sim_modbus_fault sim_modbus_way_draw(struct sim_modbus_way *self,
+                                          uint64_t *seed);
+/* True: the frame, which `fault` has spoilt already, goes on now.  again_ns: its
+ * second one is so much later than it. */
+bool sim_modbus_way_pass(struct sim_modbus_way *self,
+                         enum sim_modbus_fault fault, uint64_t *seed,
+                         const struct sim_modbus_held *frame, int64_t now_ns,
+                         int64_t again_ns);
+/* When the next late frame goes on; INT64_MAX: there is none. */
+int64_t sim_modbus_way_due_ns(const struct sim_modbus_way *self);
+/* It, if it is due. */
+bool sim_modbus_way_take(struct sim_modbus_way *self, int64_t now_ns,
+                         struct sim_modbus_held *frame);
+/* Their connection is gone: what is late never comes. */
+void sim_modbus_way_forget(struct sim_modbus_way *self);
+
+#endif
