@@ -8,13 +8,14 @@
 
 struct command {
     const char *name;
-    const char *arguments; /* after the options, for the help */
-    const char *summary;   /* one line */
-    const char *text;      /* paragraphs */
-    const char *examples;  /* lines, indented */
-    int path_max;          /* arguments; 0: 2 */
-    bool negative;         /* arguments may be values below zero */
-    bool path_optional;    /* none will do, too */
+    const char *arguments;    /* after the options, for the help */
+    const char *summary;      /* one line */
+    const char *text;         /* paragraphs */
+    void (*more)(FILE *file); /* after the text, what tables say; or NULL */
+    const char *examples;     /* lines, indented */
+    int path_max;             /* arguments; 0: 2 */
+    bool negative;            /* arguments may be values below zero */
+    bool path_optional;       /* none will do, too */
     const struct option_row *option;
     size_t option_count;
     enum status (*run)(const struct options *options);

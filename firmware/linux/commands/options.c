@@ -258,7 +258,10 @@ void options_help(const struct command *command, FILE *file)
     fprintf(file, "slew %s - %s\n\n", command->name, command->summary);
     fprintf(file, "usage: slew %s [OPTIONS] %s\n\n", command->name,
             command->arguments);
-    fprintf(file, "%s\noptions:\n", command->text);
+    fputs(command->text, file);
+    if (command->more != NULL)
+        command->more(file);
+    fputs("\noptions:\n", file);
     for (size_t i = 0; i < command->option_count; i++)
         options_help_row(&command->option[i], file);
     fprintf(file, "\nexamples:\n%s\nexit status:\n", command->examples);

@@ -10,8 +10,7 @@
 #define ACCESS_VALUES 20
 
 #define ACCESS_ROW(NAME, name, word) [RIG_##NAME] = &verb_kind_##name,
-static const struct verb_kind *const access_kinds[] = { RIG_KIND_LIST(
-    ACCESS_ROW) };
+const struct verb_kind *const verb_kinds[] = { RIG_KIND_LIST(ACCESS_ROW) };
 
 const struct verb_kind *verb_kind_of(const struct session *session)
 {
@@ -19,7 +18,7 @@ const struct verb_kind *verb_kind_of(const struct session *session)
 
     while (kind + 1 < RIG_DRIVE_KINDS && tool_kinds[kind] != session->kind)
         kind++;
-    return access_kinds[kind];
+    return verb_kinds[kind];
 }
 
 /* ---- get ---- */
@@ -105,6 +104,19 @@ static const char *access_words(const struct options *options, char *name,
     return equals == NULL ? options->path[4] : equals + 1;
 }
 
+/* Keeps what was set over power-off. */
+static enum status access_store(struct session *session)
+{
+    const struct verb_kind *kind = verb_kind_of(session);
+    char text[96];
+
+    if (kind->store != NULL)
+        return kind->store(session);
+    snprintf(text, sizeof text, "it is stored by its maker's program: %s",
+             kind->stored_by);
+    return drive_complain(text);
+}
+
 static enum status access_set(struct session *session,
                               const struct options *options)
 {
@@ -136,7 +148,7 @@ static enum status access_set(struct session *session,
     if (err < 0)
         return drive_failed(session, name, err);
     status = access_verify(session, &what, value, options);
-    return status == STATUS_OK && options->store ? kind->store(session)
+    return status == STATUS_OK && options->store ? access_store(session)
                                                  : status;
 }
 
@@ -161,7 +173,7 @@ enum status drive_store(const struct options *options)
         return status;
     status = drive_must_be_off(session, options);
     if (status == STATUS_OK)
-        status = verb_kind_of(session)->store(session);
+        status = access_store(session);
     if (status == STATUS_OK)
         printf("%s: stored\n", session->label);
     drive_close(session);

@@ -5,7 +5,7 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/linux/base/error.h"
-#include "firmware/linux/commands/drive/verbs.h"
+#include "firmware/linux/commands/drive/kind.h"
 
 #define CMD_DRIVE_PATHS 12
 
@@ -58,9 +58,9 @@ static const struct option_row cmd_drive_option[] = {
     { "map", "NAME", OPTION_TEXT, offsetof(struct options, map),
       "the drive's register map, on Modbus" },
     { "kind", "WORD", OPTION_TEXT, offsetof(struct options, kind),
-      "of a node of a CAN interface: canopen (else), odrive or moteus" },
+      "of a node of a CAN interface: canopen (else), or one of those above" },
     { "endpoints", "FILE", OPTION_TEXT, offsetof(struct options, endpoints),
-      "an ODrive's flat_endpoints.json, for names and types" },
+      "the drive's own list of parameters, for names and types" },
     { "type", "TYPE", OPTION_TEXT, offsetof(struct options, type),
       "u8, i8, u16, i16, u32, i32, on Modbus f32; where unknown" },
     { "baud", "RATE", OPTION_COUNT, offsetof(struct options, baud),
@@ -77,6 +77,15 @@ static const struct option_row cmd_drive_option[] = {
         "write also to a drive that does not say whether it is enabled"),
     OPTIONS_COMMON,
 };
+
+/* What WHAT is of the kinds that say it. */
+static void cmd_drive_kinds(FILE *file)
+{
+    for (unsigned i = 0; i < RIG_DRIVE_KINDS; i++)
+        if (verb_kinds[i]->what != NULL)
+            fprintf(file, "  --kind %-8s %s\n", tool_kinds[i]->word,
+                    verb_kinds[i]->what);
+}
 
 const struct command cmd_drive = {
     .name = "drive",
@@ -101,10 +110,7 @@ const struct command cmd_drive = {
         "a unit, or HOST:PORT and a unit.  WHAT is an object, 6041 or 607D:1,\n"
         "or its name in the data sheet; on Modbus a register of the map, or "
         "an\n"
-        "address such as 0x6002; of an ODrive what info shows, or an endpoint "
-        "such\n"
-        "as axis0.config.watchdog_timeout; of a moteus a register, or its "
-        "name.\n"
+        "address such as 0x6002; of other kinds of drive see below.\n"
         "Nothing moves: while the drive may have torque nothing is written.\n",
     .examples = "  slew drive info servo.eds\n"
                 "  slew drive info --real rig.yaml dolly\n"
@@ -112,11 +118,8 @@ const struct command cmd_drive = {
                 "  slew drive set --real rig.yaml dolly 6065 20000 --store\n"
                 "  slew drive get /dev/ttyUSB0 1 position --map "
                 "leadshine-el7\n"
-                "  slew drive info can0 0 --kind odrive\n"
-                "  slew drive set --real rig.yaml slider "
-                "axis0.config.watchdog_timeout 0.2\n"
-                "  slew drive get can1 1 mode 0x00F voltage --kind moteus\n"
                 "  slew drive lss can0 node 5 --store\n",
+    .more = cmd_drive_kinds,
     .path_max = CMD_DRIVE_PATHS,
     COMMAND_OPTIONS(cmd_drive_option),
     .run = cmd_drive_run,

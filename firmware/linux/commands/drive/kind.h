@@ -33,6 +33,9 @@ struct drive_info {
 };
 
 struct verb_kind {
+    /* Of --kind, after its word: what WHAT is, for the help; NULL: it says it. */
+    const char *what;
+    const char *stored_by; /* its maker's program, where `store` is NULL */
     /* STATUS_OK, or another with a sentence. */
     enum status (*find)(struct session *session, const char *text,
                         const struct options *options, struct drive_what *what);
@@ -57,6 +60,8 @@ struct verb_kind {
     extern const struct verb_kind verb_kind_##name;
 RIG_KIND_LIST(VERB_KIND_ROW)
 
+/* By enum rig_drive_kind. */
+extern const struct verb_kind *const verb_kinds[RIG_DRIVE_KINDS];
 /* Of this drive. */
 const struct verb_kind *verb_kind_of(const struct session *session);
 

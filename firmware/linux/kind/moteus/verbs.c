@@ -80,6 +80,7 @@ static enum status moteus_info(struct session *session, struct drive_info *info)
 }
 
 const struct verb_kind verb_kind_moteus = {
+    .what = "registers of a moteus by number or name: mode, 0x00F, voltage",
     .find = moteus_find,
     .read = turn_read,
     .parse = turn_parse,
@@ -87,6 +88,6 @@ const struct verb_kind verb_kind_moteus = {
     .moves = moteus_moves,
     .is_writable = turn_is_writable,
     .is_readable = turn_is_readable,
-    .store = turn_store,
+    .stored_by = "moteus_tool conf write",
     .info = moteus_info,
 };

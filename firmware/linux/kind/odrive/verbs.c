@@ -113,12 +113,15 @@ static enum status odrive_info(struct session *session, struct drive_info *info)
 }
 
 const struct verb_kind verb_kind_odrive = {
+    .what = "messages of an ODrive, as info shows them; with --endpoints (its\n"
+            "                  flat_endpoints.json) also those, such as\n"
+            "                  axis0.config.watchdog_timeout",
     .find = odrive_find,
     .read = turn_read,
     .parse = turn_parse,
     .write = turn_write,
     .is_writable = turn_is_writable,
     .is_readable = turn_is_readable,
-    .store = turn_store,
+    .stored_by = "odrivetool save_configuration",
     .info = odrive_info,
 };

@@ -176,10 +176,3 @@ bool turn_is_readable(const struct drive_what *what)
 {
     return what->quantity.readable;
 }
-
-enum status turn_store(struct session *session)
-{
-    (void)session;
-    return drive_complain("it is stored by its maker's program: odrivetool "
-                          "save_configuration, moteus_tool conf write");
-}

@@ -40,6 +40,5 @@ int turn_write(struct session *session, const struct drive_what *what,
                int64_t value);
 bool turn_is_writable(const struct drive_what *what);
 bool turn_is_readable(const struct drive_what *what);
-enum status turn_store(struct session *session);
 
 #endif
