@@ -8,7 +8,7 @@
 #include "hal/can/bits.h"
 #include "motion/core/fixed.h"
 #include "sim/device/moteus/servo.h"
-#include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/firmware/linux/kind/machine_failures.h"
 #include "tests/support/kind/drives.h"
 
 #define MS INT64_C(1000000)
@@ -58,13 +58,7 @@ static void it_stops_when_nobody_speaks(void **state)
     assert_int_equal(SERVO_OF(sim_moteus, &sim, PAN)->mode, 11);
 }
 
-static const struct {
-    int axis;
-    enum sim_servo_fault device;
-    enum controller_fault fault;
-    int64_t most_ms;
-    const char *text;
-} failures[] = {
+static const struct failure failures[] = {
     { PAN, SIM_SERVO_ENCODER, CONTROLLER_FAULT_DRIVE, 3,
       "moteus fault 35: encoder" },
     { PAN, SIM_SERVO_TRIP, CONTROLLER_FAULT_DRIVE, 3,
@@ -74,37 +68,12 @@ static const struct {
     { PAN, SIM_SERVO_NOT_A_NUMBER, CONTROLLER_FAULT_STALE, 10, "" },
 };
 
-static void inject(int axis, enum sim_servo_fault fault)
-{
-    sim_servo_inject(&SERVO_OF(sim_moteus, &sim, axis)->base, fault);
-}
-
-/* Latched, the group off, nothing by itself. */
 static void faults_stop_the_group(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(failures); i++) {
-        const struct controller *controller = &machine.controller;
-        int64_t since_ns;
-
         build_ready();
-        since_ns = now_ns;
-        inject(failures[i].axis, failures[i].device);
-        until(CONTROLLER_FAULT);
-        if (controller->fault.fault != failures[i].fault ||
-            (controller->fault.axis != failures[i].axis &&
-             controller->fault.axis != -1))
-            fail_msg("row %zu: axis %d, %s", i, controller->fault.axis,
-                     controller_fault_text(controller->fault.fault));
-        assert_in_range(now_ns - since_ns, 1, failures[i].most_ms * MS);
-        if (failures[i].text[0] != '\0')
-            assert_string_equal(
-                controller->axis[failures[i].axis].feedback.fault_text,
-                failures[i].text);
-        for (int n = 0; n < 1000; n++)
-            tick();
-        assert_int_equal(controller->state, CONTROLLER_FAULT);
-        assert_true(machine_is_at_rest(&machine));
+        failure_stops_the_group(&failures[i]);
     }
 }
 
@@ -112,14 +81,7 @@ static void after_a_fault_it_starts_again(void **state)
 {
     (void)state;
     build_ready();
-    inject(PAN, SIM_SERVO_TRIP);
-    until(CONTROLLER_FAULT);
-    for (int n = 0; n < 300; n++)
-        tick();
-    assert_int_equal(controller_reset(&machine.controller), 0);
-    until(CONTROLLER_OFF);
-    assert_int_equal(controller_enable(&machine.controller), 0);
-    until(CONTROLLER_READY);
+    failure_is_over(PAN);
 }
 
 /* What was counted is never less than what a frame really has. */

@@ -8,7 +8,7 @@
 #include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
 #include "sim/device/odrive/servo.h"
-#include "tests/firmware/linux/machine/machine_bench.h"
+#include "tests/firmware/linux/kind/machine_failures.h"
 #include "tests/support/kind/drives.h"
 
 #define MS INT64_C(1000000)
@@ -65,13 +65,7 @@ static void they_stop_when_nobody_speaks(void **state)
     assert_int_equal(SERVO_OF(sim_odrive, &sim, SLIDER)->error, 0x1000000);
 }
 
-static const struct {
-    int axis;
-    enum sim_servo_fault device;
-    enum controller_fault fault;
-    int64_t most_ms;
-    const char *text;
-} failures[] = {
+static const struct failure failures[] = {
     { SLIDER, SIM_SERVO_ENCODER, CONTROLLER_FAULT_DRIVE, 25,
       "ODrive error 0x00000008: missing estimate" },
     { SLIDER, SIM_SERVO_TRIP, CONTROLLER_FAULT_DRIVE, 25,
@@ -82,37 +76,12 @@ static const struct {
     { SLIDER, SIM_SERVO_DEAF, CONTROLLER_FAULT_STALE, 20, "" },
 };
 
-static void inject(int axis, enum sim_servo_fault fault)
-{
-    sim_servo_inject(&SERVO_OF(sim_odrive, &sim, axis)->base, fault);
-}
-
-/* Latched, the group off, nothing by itself. */
 static void faults_stop_the_group(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(failures); i++) {
-        const struct controller *controller = &machine.controller;
-        int64_t since_ns;
-
         build_ready();
-        since_ns = now_ns;
-        inject(failures[i].axis, failures[i].device);
-        until(CONTROLLER_FAULT);
-        if (controller->fault.fault != failures[i].fault ||
-            (controller->fault.axis != failures[i].axis &&
-             controller->fault.axis != -1))
-            fail_msg("row %zu: axis %d, %s", i, controller->fault.axis,
-                     controller_fault_text(controller->fault.fault));
-        assert_in_range(now_ns - since_ns, 1, failures[i].most_ms * MS);
-        if (failures[i].text[0] != '\0')
-            assert_string_equal(
-                controller->axis[failures[i].axis].feedback.fault_text,
-                failures[i].text);
-        for (int n = 0; n < 1000; n++)
-            tick();
-        assert_int_equal(controller->state, CONTROLLER_FAULT);
-        assert_true(machine_is_at_rest(&machine));
+        failure_stops_the_group(&failures[i]);
     }
 }
 
@@ -120,14 +89,7 @@ static void after_a_fault_it_starts_again(void **state)
 {
     (void)state;
     build_ready();
-    inject(SLIDER, SIM_SERVO_TRIP);
-    until(CONTROLLER_FAULT);
-    for (int n = 0; n < 300; n++)
-        tick();
-    assert_int_equal(controller_reset(&machine.controller), 0);
-    until(CONTROLLER_OFF);
-    assert_int_equal(controller_enable(&machine.controller), 0);
-    until(CONTROLLER_READY);
+    failure_is_over(SLIDER);
 }
 
 /* ---- homing by the ODrive ---- */
@@ -200,7 +162,7 @@ static void a_homing_that_does_not_arrive_is_a_failure(void **state)
     build_homing(false);
     for (int i = 0; i < 100; i++)
         tick();
-    inject(SLIDER, SIM_SERVO_BLOCKED);
+    failure_inject(SLIDER, SIM_SERVO_BLOCKED);
     until_homed(HOMING_FAILED);
     assert_int_equal(machine.homing.error, HOMING_TIMEOUT);
     assert_false(machine.controller.axis[SLIDER].homed);
@@ -212,7 +174,7 @@ static void a_homing_that_disarms_is_a_fault(void **state)
     build_homing(false);
     for (int i = 0; i < 100; i++)
         tick();
-    inject(SLIDER, SIM_SERVO_ENCODER);
+    failure_inject(SLIDER, SIM_SERVO_ENCODER);
     until_homed(HOMING_FAILED);
     assert_false(machine.controller.axis[SLIDER].homed);
     until(CONTROLLER_FAULT);
