@@ -223,6 +223,18 @@ uint32_t motion_fixed_isqrt_u64(uint64_t n)
     return (uint32_t)motion_fixed_isqrt_u128((struct motion_u128){ 0, n });
 }
 
+#ifdef FIXED_DIVIDES
+uint64_t motion_fixed_isqrt_u128(struct motion_u128 n)
+{
+    const unsigned up = (n.hi != 0 ? motion_fixed_clz_u64(n.hi)
+                                   : 64 + motion_fixed_clz_u64(n.lo)) /
+                        2;
+
+    /* The root of n 4^up is that of n times 2^up, and a bit below. */
+    return up == 64 ? 0
+                    : FIXED_BY(root)(motion_fixed_shl_u128(n, 2 * up)) >> up;
+}
+#else
 /* Digits of a root that a word is enough for: before digit i the root is below
  * 2^i and the rest at most twice that, so that with two more bits it is below
  * 2^(i+3). */
@@ -261,6 +273,7 @@ uint64_t motion_fixed_isqrt_u128(struct motion_u128 n)
     }
     return root;
 }
+#endif
 
 /* --- sine ---------------------------------------------------------------- */
 

@@ -50,6 +50,26 @@ FIXED_INLINE uint64_t fixed_int128_div(struct motion_u128 n, uint64_t d,
             : "cc");
     return quotient;
 }
+
+#define FIXED_ROOT_STEPS 8
+
+/* floor(sqrt(n)), n.hi >= 2^62: Newton's method from the tangent at 2^128,
+ * 2^63 + n / 2^65, which is above the root by a quarter of it at most, so that
+ * six steps leave less than 2^-64.  Rounded down they stay at or above the
+ * root; where one would not lead down, x is it. */
+FIXED_INLINE uint64_t fixed_int128_root(struct motion_u128 n)
+{
+    uint64_t x = (UINT64_C(1) << 63) + (n.hi >> 1);
+
+    for (int i = 0; i < FIXED_ROOT_STEPS && n.hi < x; i++) {
+        uint64_t rest;
+        const uint64_t per = fixed_int128_div(n, x, &rest);
+        if (per >= x)
+            break;
+        x -= (x - per + 1) >> 1;
+    }
+    return x;
+}
 #endif
 
 FIXED_INLINE struct motion_u128 fixed_int128_add(struct motion_u128 a,

@@ -312,7 +312,12 @@ static void square_roots_are_the_floor(void **state)
         assert_true(s == UINT32_MAX || (s + 1) * (s + 1) > a);
         n = (u128)a * a; /* and exact on squares */
         assert_int_equal(motion_fixed_isqrt_u128(split(n)), a);
+        if (a > 0) /* and one below them */
+            assert_int_equal(motion_fixed_isqrt_u128(split(n - 1)), a - 1);
     }
+    /* The last whose upper half is its root. */
+    const u128 last = ((u128)UINT64_MAX - 1) << 64;
+    assert_int_equal(motion_fixed_isqrt_u128(split(last)), UINT64_MAX - 1);
 }
 
 static void leading_zeros_and_magnitudes(void **state)
