@@ -94,9 +94,12 @@ int motion_arclen_measure(const struct motion_arclen_curve *curve,
                           enum motion_arclen_rule rule, uint32_t panels,
                           struct motion_arclen_measure *result);
 
-/* Where a panel starts; the last row is the end of the curve. */
+/* Where a panel starts; the last row is the end of the curve.  `guess`: with u
+ * the share of the panel's length, guess[0] u + .. + guess[4] u^5 is about the
+ * share of its x; where a search for a length begins. */
 struct motion_arclen_row {
     struct motion_real x, s;
+    struct motion_real guess[5];
     uint32_t piece;
 };
 

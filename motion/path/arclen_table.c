@@ -100,8 +100,9 @@ static int arclen_store(struct motion_arclen_table *table, uint32_t piece,
     if (table->row) {
         if (table->count == table->capacity)
             return MOTION_E_FULL;
-        table->row[table->count] =
-            (struct motion_arclen_row){ x, table->length, piece };
+        table->row[table->count] = (struct motion_arclen_row){
+            .x = x, .s = table->length, .piece = piece
+        };
     }
     table->count++;
     return MOTION_OK;
@@ -196,6 +197,82 @@ int arclen_walk(struct motion_arclen_table *table, struct motion_real tolerance)
     return err;
 }
 
+/* End of the panel that starts at a row. */
+static struct motion_real
+arclen_row_end(const struct motion_arclen_table *table, uint32_t i)
+{
+    const struct motion_arclen_row *row = &table->row[i];
+
+    return row[1].piece == row->piece ? row[1].x
+                                      : arclen_width(table->curve, row->piece);
+}
+
+/* Speed and its derivative at a place. */
+struct arclen_rate {
+    struct motion_real v, dv;
+};
+
+static struct arclen_rate arclen_rate(const struct motion_arclen_curve *curve,
+                                      uint32_t piece, struct motion_real x)
+{
+    struct motion_arclen_point at;
+    struct arclen_rate rate = { .dv = motion_real_zero() };
+    struct motion_real dot = motion_real_zero();
+
+    curve->at(curve->context, piece, x, 2, &at);
+    rate.v = arclen_norm(at.d1, curve->axes);
+    for (uint32_t i = 0; i < curve->axes; i++)
+        dot = motion_real_add(dot, motion_real_mul(at.d1[i], at.d2[i]));
+    if (!motion_real_is_zero(rate.v))
+        rate.dv = motion_real_div(dot, rate.v);
+    return rate;
+}
+
+/* The first two derivatives of x by s, in units of a panel: 1/v and -v'/v^3. */
+static void arclen_inverse(const struct arclen_rate *rate,
+                           struct motion_real part, struct motion_real h,
+                           struct motion_real d[2])
+{
+    const struct motion_real per = motion_real_div(motion_real_int(1), rate->v);
+    const struct motion_real by = motion_real_mul(part, per);
+
+    d[0] = motion_real_div(by, h);
+    d[1] = motion_real_neg(motion_real_mul(motion_real_mul(d[0], rate->dv),
+                                           motion_real_mul(by, per)));
+}
+
+/* The quintic through both ends of a panel, with the first two derivatives of
+ * the inverse there; linear where the curve rests at an end. */
+static void arclen_guess_panel(const struct motion_arclen_table *table,
+                               uint32_t i)
+{
+    const struct motion_arclen_curve *curve = table->curve;
+    struct motion_arclen_row *row = &table->row[i];
+    const struct motion_real h =
+        motion_real_sub(arclen_row_end(table, i), row->x);
+    const struct motion_real part = motion_real_sub(row[1].s, row->s);
+    const struct arclen_rate end[2] = {
+        arclen_rate(curve, row->piece, row->x),
+        arclen_rate(curve, row->piece, motion_real_add(row->x, h)),
+    };
+    struct motion_real from[2], to[2], w[5];
+
+    if (motion_real_is_zero(end[0].v) || motion_real_is_zero(end[1].v)) {
+        row->guess[0] = motion_real_int(1);
+        for (int k = 1; k < 5; k++)
+            row->guess[k] = motion_real_zero();
+        return;
+    }
+    arclen_inverse(&end[0], part, h, from);
+    arclen_inverse(&end[1], part, h, to);
+    w[0] = motion_real_int(1);
+    w[1] = from[0];
+    w[2] = to[0];
+    w[3] = motion_real_half(from[1]);
+    w[4] = motion_real_half(to[1]);
+    motion_bake_quintic(w, row->guess);
+}
+
 int motion_arclen_build(struct motion_arclen_table *table,
                         const struct motion_arclen_curve *curve,
                         struct motion_real tolerance,
@@ -212,7 +289,10 @@ int motion_arclen_build(struct motion_arclen_table *table,
     *table = (struct motion_arclen_table){ .curve = curve,
                                            .row = row,
                                            .capacity = capacity };
-    return arclen_walk(table, tolerance);
+    err = arclen_walk(table, tolerance);
+    for (uint32_t i = 0; err == MOTION_OK && i + 1 < table->count; i++)
+        arclen_guess_panel(table, i);
+    return err;
 }
 
 /* --- looking up ----------------------------------------------------------- */
@@ -272,81 +352,18 @@ struct motion_real motion_arclen_border(const struct motion_arclen_table *table,
         .s;
 }
 
-/* End of the panel that starts at a row. */
-static struct motion_real
-arclen_row_end(const struct motion_arclen_table *table, uint32_t i)
-{
-    const struct motion_arclen_row *row = &table->row[i];
-
-    return row[1].piece == row->piece ? row[1].x
-                                      : arclen_width(table->curve, row->piece);
-}
-
-/* Speed and its derivative at a place. */
-struct arclen_rate {
-    struct motion_real v, dv;
-};
-
-static struct arclen_rate arclen_rate(const struct motion_arclen_curve *curve,
-                                      uint32_t piece, struct motion_real x)
-{
-    struct motion_arclen_point at;
-    struct arclen_rate rate = { .dv = motion_real_zero() };
-    struct motion_real dot = motion_real_zero();
-
-    curve->at(curve->context, piece, x, 2, &at);
-    rate.v = arclen_norm(at.d1, curve->axes);
-    for (uint32_t i = 0; i < curve->axes; i++)
-        dot = motion_real_add(dot, motion_real_mul(at.d1[i], at.d2[i]));
-    if (!motion_real_is_zero(rate.v))
-        rate.dv = motion_real_div(dot, rate.v);
-    return rate;
-}
-
-/* The first two derivatives of x by s, in units of a panel: 1/v and -v'/v^3. */
-static void arclen_inverse(const struct arclen_rate *rate,
-                           struct motion_real part, struct motion_real h,
-                           struct motion_real d[2])
-{
-    const struct motion_real per = motion_real_div(motion_real_int(1), rate->v);
-    const struct motion_real by = motion_real_mul(part, per);
-
-    d[0] = motion_real_div(by, h);
-    d[1] = motion_real_neg(motion_real_mul(motion_real_mul(d[0], rate->dv),
-                                           motion_real_mul(by, per)));
-}
-
-/* Where to begin: the quintic through both ends of a panel, with the first two
- * derivatives of the inverse there, at share u of its length; what is linear
- * where that leaves the panel. */
-static struct motion_real arclen_guess(const struct motion_arclen_table *table,
-                                       const struct motion_arclen_row *row,
-                                       struct motion_real h,
+/* Where to begin, at share u of a panel's length; what is linear where that
+ * leaves the panel. */
+static struct motion_real arclen_guess(const struct motion_arclen_row *row,
                                        struct motion_real u)
 {
-    const struct motion_arclen_curve *curve = table->curve;
-    const struct motion_real part = motion_real_sub(row[1].s, row->s);
-    const struct arclen_rate end[2] = {
-        arclen_rate(curve, row->piece, row->x),
-        arclen_rate(curve, row->piece, motion_real_add(row->x, h)),
-    };
-    struct motion_real from[2], to[2], w[5], c[5], x;
+    struct motion_real x = row->guess[4];
 
-    if (motion_real_is_zero(end[0].v) || motion_real_is_zero(end[1].v))
-        return u;
-    arclen_inverse(&end[0], part, h, from);
-    arclen_inverse(&end[1], part, h, to);
-    w[0] = motion_real_int(1);
-    w[1] = from[0];
-    w[2] = to[0];
-    w[3] = motion_real_half(from[1]);
-    w[4] = motion_real_half(to[1]);
-    motion_bake_quintic(w, c);
-    x = c[4];
     for (int k = 3; k >= 0; k--)
-        x = motion_real_add(motion_real_mul(x, u), c[k]);
+        x = motion_real_add(motion_real_mul(x, u), row->guess[k]);
     x = motion_real_mul(x, u);
-    return motion_real_sign(x) > 0 && motion_real_lt(x, w[0]) ? x : u;
+    return motion_real_sign(x) > 0 && motion_real_lt(x, motion_real_int(1)) ? x
+                                                                            : u;
 }
 
 /* A step of the inverse's Taylor series, of second order; what is left is small
@@ -424,11 +441,10 @@ void motion_arclen_find_in(const struct motion_arclen_table *table,
     place->x = high;
     if (motion_real_cmp(goal, part) >= 0)
         return;
-    const struct motion_real h = motion_real_sub(high, row->x);
-    place->evaluations = 2;
     place->x = motion_real_add(
-        row->x, motion_real_mul(h, arclen_guess(table, row, h,
-                                                motion_real_div(goal, part))));
+        row->x,
+        motion_real_mul(motion_real_sub(high, row->x),
+                        arclen_guess(row, motion_real_div(goal, part))));
     arclen_solve(table, row, high, goal, place);
 }
 
