@@ -87,7 +87,8 @@ static double solve(unsigned axes, unsigned keys, uint32_t intervals)
 
 static void print_run(unsigned axes, unsigned keys, uint32_t intervals)
 {
-    const int runs = intervals > 10000 ? 3 : 10;
+    /* As long as ten runs of toppra: the least of many is the quiet one. */
+    const int runs = intervals > 10000 ? 3 : 60;
     double least = 1e9, duration = 0;
 
     for (int i = 0; i < runs; i++) {

@@ -9,13 +9,12 @@
 #define LP_TOLERANCE 1e-9
 #define LP_EMPTY     2e-8
 
+/* Of two or three. */
 static double lp_dot(unsigned size, const double a[], const double x[])
 {
-    double sum = 0;
+    const double sum = a[0] * x[0] + a[1] * x[1];
 
-    for (unsigned i = 0; i < size; i++)
-        sum += a[i] * x[i];
-    return sum;
+    return size == 2 ? sum : sum + a[2] * x[2];
 }
 
 /* One variable: the interval that all rows leave. */
@@ -150,8 +149,9 @@ static void lp_to_front(struct topp_lp *lp, unsigned i)
     lp->row[0] = row;
 }
 
-bool topp_lp_solve(struct topp_lp *lp, unsigned size, const double c[3],
-                   double x[3])
+/* Inline, so that the loops over variables are as long as they are. */
+static inline __attribute__((always_inline)) bool
+lp_solve(struct topp_lp *lp, unsigned size, const double c[3], double x[3])
 {
     struct topp_lp_part *part = &lp->plane;
 
@@ -176,4 +176,10 @@ bool topp_lp_solve(struct topp_lp *lp, unsigned size, const double c[3],
         lp_to_front(lp, i);
     }
     return true;
+}
+
+bool topp_lp_solve(struct topp_lp *lp, unsigned size, const double c[3],
+                   double x[3])
+{
+    return size == 3 ? lp_solve(lp, 3, c, x) : lp_solve(lp, 2, c, x);
 }

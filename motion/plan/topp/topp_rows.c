@@ -60,6 +60,17 @@ double topp_slope(unsigned degree, const double coef[], double s)
     return sum;
 }
 
+/* Of numbers, and inline: fmax and fmin are calls that mind what is none. */
+static double topp_larger(double a, double b)
+{
+    return a < b ? b : a;
+}
+
+static double topp_smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
 /* --- limits -------------------------------------------------------------------- */
 
 /* Rows as they come; each has a number, whether it is needed or not. */
@@ -189,18 +200,37 @@ static void topp_leave(struct topp_list *list, unsigned rest, double scale)
     topp_row(list, a, INFINITY, scale / list->h, 0);
 }
 
+/* The row with a number; lp->count: there is none.  Numbers increase. */
+static unsigned topp_find(const struct topp_lp *lp, unsigned id)
+{
+    unsigned low = 0, high = lp->count;
+
+    while (low < high) {
+        const unsigned middle = low + (high - low) / 2;
+        if (lp->row[middle].id < id)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < lp->count && lp->row[low].id == id ? low : lp->count;
+}
+
 /* To the front what counted in the last program. */
 static void topp_sort(struct topp_lp *lp, const unsigned last[], unsigned count)
 {
-    for (unsigned k = 0, front = 0; k < count; k++) {
-        for (unsigned i = front; i < lp->count; i++) {
-            if (lp->row[i].id != last[k])
-                continue;
-            const struct topp_lp_row row = lp->row[i];
-            lp->row[i] = lp->row[front];
-            lp->row[front++] = row;
-            break;
-        }
+    unsigned at[TOPP_LAST], found = 0;
+
+    for (unsigned k = 0; k < count; k++) {
+        at[found] = topp_find(lp, last[k]);
+        found += at[found] < lp->count;
+    }
+    for (unsigned front = 0; front < found; front++) {
+        const struct topp_lp_row row = lp->row[at[front]];
+        lp->row[at[front]] = lp->row[front];
+        lp->row[front] = row;
+        for (unsigned k = front + 1; k < found; k++)
+            if (at[k] == front)
+                at[k] = at[front];
     }
 }
 
@@ -210,7 +240,7 @@ static double topp_box(const struct topp_interval *interval, struct topp_lp *lp)
     double most = 0;
 
     for (unsigned j = 0; j < 3; j++)
-        most = fmax(most, interval->high[j]);
+        most = topp_larger(most, interval->high[j]);
     lp->low[TOPP_X] = interval->low[0];
     lp->high[TOPP_X] = interval->high[0];
     lp->low[TOPP_U0] = lp->low[TOPP_U1] = -most / interval->h;
@@ -239,8 +269,9 @@ void topp_rows(const struct topp_interval *interval, struct topp_lp *lp)
         topp_derivative(path->degree, coef, s, interval->h, d1);
         topp_velocity(&list, n, d1, limit, most, interval->share);
         topp_acceleration(&list, n, d1, limit, interval->share);
-        scale = fmax(scale, fmax(fabs(d1[0]), fabs(d1[n])) /
-                                fmin(limit->acc_max, -limit->acc_min));
+        scale = topp_larger(scale,
+                            topp_larger(fabs(d1[0]), fabs(d1[n])) /
+                                topp_smaller(limit->acc_max, -limit->acc_min));
     }
     if (scale == 0)
         scale = interval->h / (most + interval->h);
