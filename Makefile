@@ -412,8 +412,8 @@ fresh:
 -include tests/qemu/qemu.mk
 # Also: test-vm, test-gpiod2.
 -include tests/vm/vm.mk tests/vm/gpiod2.mk
-# Also: bench-plan, bench-otg, bench-curves, peers-curves, peers-orient,
-# bake-bounds.
+# Also: bench-plan, bench-otg, bench-curves, bench-bake, peers-curves,
+# peers-orient, bake-bounds.
 -include tests/bench/bench.mk
 # Also: peers-space, peers-physics, test-peers.
 -include tests/peers/peers.mk

@@ -58,6 +58,13 @@ bench-curves: $(QEMU_DIR)/cost-m4.txt $(QEMU_DIR)/cost-rv64.txt
 	@$(PYTHON) tests/bench/curves.py Cortex-M4=$(QEMU_DIR)/cost-m4.txt \
 	    RV64=$(QEMU_DIR)/cost-rv64.txt
 
+#---- what planning with curves costs on a PC
+
+.PHONY: bench-bake
+## a path with a camera, a bezier span: ms, and instructions within what is asked
+bench-bake: $(SLEW)
+	@$(PYTHON) tests/bench/bake.py $(SLEW) $(BENCH)/bake
+
 #---- virtual time
 
 .PHONY: bench-sim
