@@ -134,10 +134,36 @@ static double fit_worst(const struct fit *self, uint32_t from, uint32_t to)
     return worst;
 }
 
-static double fit_before_open(const struct fit *self)
+/* What is before the last fixed knot keeps its times: the first section of it
+ * that does not fit. */
+static int fit_refuse_closed(struct fit *self)
 {
-    return (double)(self->fit->from_ns_q12[self->open_from] -
-                    self->fit->from_ns_q12[0]);
+    uint32_t from = 0;
+
+    for (uint32_t k = 1; k <= self->open_from; k++) {
+        const double need = fit_worst(self, from, k);
+        if (!self->is_fixed[k])
+            continue;
+        if (need > 1)
+            return fit_refuse_fixed(self, from, k,
+                                    need *
+                                        (double)(self->fit->from_ns_q12[k] -
+                                                 self->fit->from_ns_q12[from]));
+        from = k;
+    }
+    return fit_give_up(self);
+}
+
+/* Beside spans that keep their times longer ones make a curve swing: that is
+ * not the reason where the former do not fit as they are. */
+static int fit_refuse_as_written(struct fit *self)
+{
+    bool fits;
+
+    for (uint32_t k = 0; k + 1 < self->fit->knots; k++)
+        self->dur[k] = fit_from(self, k);
+    const int err = fit_try(self, self->dur, &fits);
+    return err < 0 ? err : fit_refuse_closed(self);
 }
 
 /* The durations of `stretch` are left in self->most. */
@@ -150,10 +176,9 @@ static int fit_stretch(struct fit *self)
 
     for (unsigned round = 0; err == MOTION_OK && !fits; round++) {
         const double need = fit_worst(self, self->open_from, spans);
-        if (fit_worst(self, 0, self->open_from) > 1 && need <= 1)
-            return fit_refuse_fixed(self, 0, self->open_from,
-                                    fit_worst(self, 0, self->open_from) *
-                                        fit_before_open(self));
+        const bool is_closed = fit_worst(self, 0, self->open_from) > 1;
+        if (is_closed && need <= 1)
+            return fit_refuse_closed(self);
         stretch *= fmax(need, 1) * fit_margin(round);
         if (round == PLAN_FIT_ROUNDS || stretch > PLAN_FIT_STRETCH_MAX)
             return fit_give_up(self);
@@ -161,6 +186,8 @@ static int fit_stretch(struct fit *self)
             self->most[k] =
                 fit_from(self, k) * (k < self->open_from ? 1 : stretch);
         err = fit_try(self, self->most, &fits);
+        if (err == MOTION_E_LIMIT && is_closed)
+            return fit_refuse_as_written(self);
     }
     return err;
 }

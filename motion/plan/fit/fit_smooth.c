@@ -297,7 +297,7 @@ static void smooth_tighten(struct smooth *self)
     }
 }
 
-static int smooth_give_up(const struct smooth *self, double tolerance)
+static int smooth_give_up(const struct smooth *self)
 {
     static const char *const word[] = { "velocity", "acceleration", "jerk" };
     const struct plan_fit_need *own = self->fit->own;
@@ -308,14 +308,17 @@ static int smooth_give_up(const struct smooth *self, double tolerance)
             worst = i;
     const unsigned order =
         own[worst].decided_by > 0 ? own[worst].decided_by : 1;
+    const bool stay = self->key[worst + SMOOTH_REST].tolerance == 0 &&
+                      self->key[worst + 1 + SMOOTH_REST].tolerance == 0;
     return plan_error_set(
         self->fit->error, MOTION_E_LIMIT, self->from->key[worst].place,
-        "keys of axis %s moved by at most %.6g leave %.4g times its limit of "
-        "%s "
-        "between keys %u and %u: a larger tolerance or a longer time would "
-        "help",
-        self->from->name, tolerance, double_power(own[worst].stretch, order),
-        word[order - 1], worst + 1, worst + 2);
+        "keys of axis %s moved by no more than the tolerance leave %.4g times "
+        "its limit of %s between keys %u and %u%s",
+        self->from->name, double_power(own[worst].stretch, order),
+        word[order - 1], worst + 1, worst + 2,
+        stay ? ", which stay (the first, the last, fixed ones): a longer time "
+               "would help"
+             : ": a larger tolerance or a longer time would help");
 }
 
 /* What the worst span needs. */
@@ -347,7 +350,7 @@ static int smooth_rounds(struct smooth *self, double tolerance)
         }
         if (round == PLAN_FIT_ROUNDS || round - last > SMOOTH_PATIENCE ||
             tolerance == 0)
-            return smooth_give_up(self, tolerance);
+            return smooth_give_up(self);
         smooth_tighten(self);
         smooth_minimise(self);
     }

@@ -598,6 +598,28 @@ static void a_span_gets_what_it_needs(void **state)
     assert_non_null(strstr(error.text, "up to it 2 s are needed"));
 }
 
+/* The key behind a fixed one, made later by stretching, takes the curve above the
+ * range; the reason is the fixed key all the same, and of two the first that is
+ * in the way. */
+static void a_fixed_key_is_the_reason_also_where_the_curve_swings(void **state)
+{
+    static const double t[] = { 0, 2, 4 }, p[] = { 0, 500, 900 };
+    struct plan_fit fit;
+
+    (void)state;
+    by_hand(3, t, p, 200, 400, 2000);
+    axes[0].curve = PLAN_CURVE_QUINTIC;
+    axes[0].first = axes[0].last = MOTION_SPLINE_REST;
+    limits[0].pos_max_q32 = 1000 * UNIT;
+    keys[0][1].fixed = PLAN_FIXED_TIME;
+    assert_int_equal(solve(PLAN_FIT_STRETCH, &fit), MOTION_E_LIMIT);
+    assert_non_null(strstr(error.text, "key 2 of axis dolly is fixed at 2 s: "
+                                       "from 0 s up to it 3.8"));
+    keys[0][2].fixed = PLAN_FIXED_TIME;
+    assert_int_equal(solve(PLAN_FIT_STRETCH, &fit), MOTION_E_LIMIT);
+    assert_non_null(strstr(error.text, "key 2 of axis dolly is fixed at 2 s"));
+}
+
 static void what_fits_is_left_to_the_bit(void **state)
 {
     static const double t[] = { 0.3, 1.123456789, 2 }, p[] = { 0, 10, 12 };
@@ -659,6 +681,7 @@ int main(void)
         cmocka_unit_test(peaks_are_those_of_a_scan_at_any_scale),
         cmocka_unit_test(peaks_of_no_quintic_are_refused),
         cmocka_unit_test(a_span_gets_what_it_needs),
+        cmocka_unit_test(a_fixed_key_is_the_reason_also_where_the_curve_swings),
         cmocka_unit_test(what_fits_is_left_to_the_bit),
         cmocka_unit_test(what_time_does_not_cure_is_refused),
         cmocka_unit_test(rounded_corners_fit_too),

@@ -362,7 +362,9 @@ static void smooth_moves_keys_within_the_tolerance(void **state)
     assert_int_equal(
         run("fit", "--method", "smooth", "--tolerance", "0.01 deg", rig, move),
         1);
-    expect_in(run_slew()->err, "keys of axis pan moved by at most 0.01 leave ");
+    expect_in(run_slew()->err,
+              "keys of axis pan moved by no more than the tolerance leave ");
+    expect_in(run_slew()->err, ": a larger tolerance or a longer time would");
     assert_int_equal(
         run("fit", "--method", "smooth", "--tolerance", "1 deg", rig, move), 0);
     expect_in(text_of(move), "deg]    # shaken\n");
@@ -370,6 +372,23 @@ static void smooth_moves_keys_within_the_tolerance(void **state)
     expect_in(text_of(move), "      - [0 s, 0 deg]\n");
     expect_in(text_of(move), "      - [2.1 s, ");
     assert_int_equal(run("check", rig, move), 0);
+}
+
+/* A larger tolerance is no advice where no key of the span may be moved. */
+static void smooth_says_which_keys_stay(void **state)
+{
+    (void)state;
+    run_write(move, "axes:\n"
+                    "  pan:\n"
+                    "    keys:\n"
+                    "      - [0 s, 0 deg]\n"
+                    "      - [0.2 s, 30 deg]\n");
+    assert_int_equal(
+        run("fit", "--method", "smooth", "--tolerance", "50 deg", rig, move),
+        1);
+    expect_in(run_slew()->err,
+              "between keys 1 and 2, which stay (the first, the last, fixed "
+              "ones): a longer time would help");
 }
 
 static void a_picture_shows_before_and_after(void **state)
@@ -431,6 +450,7 @@ int main(void)
         cmocka_unit_test(paths_are_slowed_until_they_fit),
         cmocka_unit_test(a_duration_is_kept_or_refused_with_the_arithmetic),
         cmocka_unit_test(smooth_moves_keys_within_the_tolerance),
+        cmocka_unit_test(smooth_says_which_keys_stay),
         cmocka_unit_test(a_picture_shows_before_and_after),
         cmocka_unit_test(check_says_what_would_help),
         cmocka_unit_test(rolls_are_lengthened_until_they_fit),
