@@ -15,6 +15,7 @@
 #define FIT_DRIVEN      0.95 /* of the largest distance: still driven */
 #define FIT_OTHER_SIDE  0.25 /* of it: it swings */
 #define FIT_EXPLAINED   0.5
+#define FIT_SECOND      0.05 /* of the amplitude: less is none */
 
 struct fit_rows {
     const double *t_s, *x; /* from the first one that is used */
@@ -265,6 +266,29 @@ static struct fit_point fit_search(const struct fit_rows *rows, double peak_hz)
     return fit_simplex(rows, best);
 }
 
+/* From the peak of the periodogram on. */
+static struct fit_point fit_vibration(const struct fit_rows *rows,
+                                      double even[FIT_GRID])
+{
+    const double most_hz = fmin(FIT_GRID, rows->count) / (4 * rows->span_s);
+
+    fit_even(rows,
+             fit_mean(rows->x, rows->count - rows->count / 8 - 1, rows->count),
+             even);
+    return fit_search(rows, fit_peak(even, rows->span_s, most_hz));
+}
+
+/* Share of the squares about c that the model explains. */
+static double fit_explained(const struct fit_rows *rows,
+                            const struct fit_model *model)
+{
+    double plain = 0;
+
+    for (uint32_t i = 0; i < rows->count; i++)
+        plain += (rows->x[i] - model->c) * (rows->x[i] - model->c);
+    return plain > 0 ? 1 - model->squares / plain : 0;
+}
+
 /* --- all of it --------------------------------------------------------------------------- */
 
 static int fit_judge(const struct fit_rows *rows, struct plan_shaper_fit *fit,
@@ -276,6 +300,10 @@ static int fit_judge(const struct fit_rows *rows, struct plan_shaper_fit *fit,
         return fit_refuse(error,
                           "no vibration stands out in the recording, expected "
                           "one that swings freely after a step");
+    if (fit->damping >= FIT_DAMPING_MAX)
+        return fit_refuse(error,
+                          "what is recorded comes to rest without swinging, "
+                          "expected a vibration: such an axis needs no shaper");
     if (!(periods >= 1.5))
         return fit_refuse(error,
                           "the recording has less than one and a half periods "
@@ -309,39 +337,62 @@ static int fit_rows_of(const double t_s[], const double x[], uint32_t count,
                : MOTION_OK;
 }
 
+/* The same of what a vibration leaves, which `left` has room for. */
+static void fit_second(const struct fit_rows *rows,
+                       const struct fit_point *point,
+                       const struct fit_model *model, double left[],
+                       double even[FIT_GRID], struct plan_shaper_fit *fit)
+{
+    struct fit_rows rest = *rows;
+    double basis[3];
+
+    for (uint32_t i = 0; i < rows->count; i++) {
+        fit_basis(rows, i, double_exp(point->log_w), point->z, basis);
+        left[i] =
+            rows->x[i] - model->c - model->a * basis[1] - model->b * basis[2];
+    }
+    rest.x = left;
+    const struct fit_point other = fit_vibration(&rest, even);
+    const struct fit_model swing =
+        fit_linear(&rest, double_exp(other.log_w), other.z);
+    const double amplitude = double_hypot(swing.a, swing.b);
+    if (fit_explained(&rest, &swing) < FIT_EXPLAINED ||
+        other.z >= FIT_DAMPING_MAX || amplitude < FIT_SECOND * fit->amplitude)
+        return;
+    fit->second_hz = double_exp(other.log_w) / (2 * DOUBLE_PI);
+    fit->second_damping = other.z;
+    fit->second_amplitude = amplitude;
+}
+
 int plan_shaper_fit(const double t_s[], const double x[], uint32_t count,
                     struct plan_shaper_fit *fit, struct plan_error *error)
 {
     struct fit_rows rows = { .count = 0 };
-    double *even = NULL, plain = 0;
+    double *even;
     int err = fit_rows_of(t_s, x, count, &rows, error);
 
     if (err < 0)
         return err;
-    even = malloc(FIT_GRID * sizeof *even);
+    even = malloc((FIT_GRID + (size_t)rows.count) * sizeof *even);
     if (even == NULL)
         return plan_error_set(error, MOTION_E_FULL, (struct plan_place){ 0, 0 },
                               "no memory for the fit");
-    fit_even(&rows,
-             fit_mean(rows.x, rows.count - rows.count / 8 - 1, rows.count),
-             even);
-    const double most_hz = fmin(FIT_GRID, rows.count) / (4 * rows.span_s);
-    const struct fit_point point =
-        fit_search(&rows, fit_peak(even, rows.span_s, most_hz));
+    const struct fit_point point = fit_vibration(&rows, even);
     const struct fit_model model =
         fit_linear(&rows, double_exp(point.log_w), point.z);
-    free(even);
-    for (uint32_t i = 0; i < rows.count; i++)
-        plain += (rows.x[i] - model.c) * (rows.x[i] - model.c);
     *fit = (struct plan_shaper_fit){
         .frequency_hz = double_exp(point.log_w) / (2 * DOUBLE_PI),
         .damping = point.z,
         .amplitude = double_hypot(model.a, model.b),
         .settled = model.c,
         .rms = sqrt(model.squares / rows.count),
-        .explained = plain > 0 ? 1 - model.squares / plain : 0,
+        .explained = fit_explained(&rows, &model),
         .from_s = rows.t_s[0],
         .rows = rows.count,
     };
-    return fit_judge(&rows, fit, error);
+    err = fit_judge(&rows, fit, error);
+    if (err == MOTION_OK)
+        fit_second(&rows, &point, &model, even + FIT_GRID, even, fit);
+    free(even);
+    return err;
 }

@@ -28,13 +28,16 @@ struct plan_shaper_fit {
     double explained;    /* 1 - (rms / rms of x - c)^2 */
     double from_s;       /* the first row that was used */
     uint32_t rows;       /* that were used */
+    /* Of what the model leaves, where that swings as well; 0: nothing does. */
+    double second_hz, second_damping, second_amplitude;
 };
 
 /* Rising times and what was measured, `count` of each.  Rows up to the last one
  * that is about as far from the settled value as any, before the first swing to
  * the other side, are left out: until then the axis was driven.  MOTION_E_ARG with a sentence where there are too few
- * rows, less than one and a half periods, less than four rows a period, or no
- * vibration that stands out (`explained` below a half); MOTION_E_FULL. */
+ * rows, less than one and a half periods, less than four rows a period, no
+ * vibration that stands out (`explained` below a half), or none at all (damping
+ * 0.95 or more); MOTION_E_FULL. */
 int plan_shaper_fit(const double t_s[], const double x[], uint32_t count,
                     struct plan_shaper_fit *fit, struct plan_error *error);
 

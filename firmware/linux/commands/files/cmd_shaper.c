@@ -55,7 +55,7 @@ static bool cmd_shaper_design(const struct plan_shaper_fit *fit, unsigned kind,
 }
 
 static void cmd_shaper_row(struct table *table, const char *word,
-                           const struct plan_shaper *shaper)
+                           const struct plan_shaper *shaper, double second_hz)
 {
     table_cell(table, "%s", word);
     table_cell(table, "%u", shaper->count);
@@ -67,27 +67,39 @@ static void cmd_shaper_row(struct table *table, const char *word,
     table_cell(table, "-%.1f %% .. +%.1f %%",
                100 * cmd_shaper_holds(shaper, -1),
                100 * cmd_shaper_holds(shaper, 1));
+    if (second_hz > 0)
+        table_cell(table, "%.1f %%",
+                   100 * plan_shaper_residual(shaper, second_hz));
 }
 
 static void cmd_shaper_text(const struct plan_shaper_fit *fit)
 {
     static const char *const head[] = {
-        "<kind",    ">impulses", ">longer by", ">lag",
-        ">5 % off", ">10 % off", ">20 % off",  ">leaves 5 % within",
+        "<kind",     ">impulses",          ">longer by",
+        ">lag",      ">5 % off",           ">10 % off",
+        ">20 % off", ">leaves 5 % within", ">of the second",
     };
     struct table table;
 
     printf("%.6g Hz, damping %.4g (%.1f %% of the recording explained, from "
-           "%.6g s on, %u rows)\n\n",
+           "%.6g s on, %u rows)\n",
            fit->frequency_hz, fit->damping, 100 * fit->explained, fit->from_s,
            fit->rows);
-    table_init(&table, 8, head);
+    if (fit->second_hz > 0)
+        printf("What is left swings as well: about %.4g Hz, damping %.2g, with "
+               "%.0f %% of the amplitude;\nthe last column is how much of that "
+               "a shaper leaves.\n",
+               fit->second_hz, fit->second_damping,
+               100 * fit->second_amplitude / fit->amplitude);
+    puts("");
+    table_init(&table, fit->second_hz > 0 ? 9 : 8, head);
     for (unsigned kind = 0; kind < PLAN_SHAPER_KINDS; kind++) {
         struct plan_shaper shaper;
         struct plan_error error;
         if (cmd_shaper_design(fit, kind, &shaper, &error))
-            cmd_shaper_row(
-                &table, plan_shaper_word((enum plan_shaper_kind)kind), &shaper);
+            cmd_shaper_row(&table,
+                           plan_shaper_word((enum plan_shaper_kind)kind),
+                           &shaper, fit->second_hz);
     }
     table_print(&table, stdout);
     table_free(&table);
@@ -97,7 +109,8 @@ static void cmd_shaper_text(const struct plan_shaper_fit *fit)
 }
 
 static void cmd_shaper_json_one(cJSON *list, const char *word,
-                                const struct plan_shaper *shaper)
+                                const struct plan_shaper *shaper,
+                                double second_hz)
 {
     cJSON *item = cJSON_CreateObject();
 
@@ -108,6 +121,9 @@ static void cmd_shaper_json_one(cJSON *list, const char *word,
     cJSON_AddNumberToObject(item, "lag_s", plan_shaper_delay(shaper));
     cJSON_AddNumberToObject(item, "holds_below", cmd_shaper_holds(shaper, -1));
     cJSON_AddNumberToObject(item, "holds_above", cmd_shaper_holds(shaper, 1));
+    if (second_hz > 0)
+        cJSON_AddNumberToObject(item, "second_left",
+                                plan_shaper_residual(shaper, second_hz));
     cJSON *impulses = cJSON_AddArrayToObject(item, "impulses");
     for (uint32_t i = 0; i < shaper->count; i++) {
         cJSON *impulse = cJSON_CreateObject();
@@ -129,13 +145,20 @@ static void cmd_shaper_json(const struct plan_shaper_fit *fit)
     cJSON_AddNumberToObject(report, "explained", fit->explained);
     cJSON_AddNumberToObject(report, "from_s", fit->from_s);
     cJSON_AddNumberToObject(report, "rows", fit->rows);
+    if (fit->second_hz > 0) {
+        cJSON *second = cJSON_AddObjectToObject(report, "second");
+        cJSON_AddNumberToObject(second, "frequency_hz", fit->second_hz);
+        cJSON_AddNumberToObject(second, "damping", fit->second_damping);
+        cJSON_AddNumberToObject(second, "amplitude", fit->second_amplitude);
+    }
     cJSON *list = cJSON_AddArrayToObject(report, "shapers");
     for (unsigned kind = 0; kind < PLAN_SHAPER_KINDS; kind++) {
         struct plan_shaper shaper;
         struct plan_error error;
         if (cmd_shaper_design(fit, kind, &shaper, &error))
-            cmd_shaper_json_one(
-                list, plan_shaper_word((enum plan_shaper_kind)kind), &shaper);
+            cmd_shaper_json_one(list,
+                                plan_shaper_word((enum plan_shaper_kind)kind),
+                                &shaper, fit->second_hz);
     }
     json_print(report, stdout);
 }
@@ -196,6 +219,9 @@ const struct command cmd_shaper = {
         "the input shapers for it: by how much they make a move longer, by "
         "how\n"
         "much it lags, and what vibration is left where the frequency is off.\n"
+        "Where a second vibration is in the recording it is named, with what "
+        "a\n"
+        "shaper for the first leaves of it.\n"
         "\n"
         "The first column is the time in s (t_ms, t_us, t_ns by its header), "
         "the\n"

@@ -112,6 +112,44 @@ static void noise_costs_what_it_must(void **state)
     }
 }
 
+/* 4 Hz with 0.7 of the swing, 11 Hz with 0.3 of it. */
+static void a_second_vibration_is_found(void **state)
+{
+    struct plan_shaper_fit fit;
+    struct plan_error error;
+
+    (void)state;
+    seed_from("second");
+    for (int i = 0; i < 1500; i++) {
+        t_s[i] = i / 500.0;
+        x[i] = 7 * step_response(t_s[i], 0, 4, 0.03) +
+               3 * step_response(t_s[i], 0, 11, 0.02) + between(-0.1, 0.1);
+    }
+    assert_int_equal(plan_shaper_fit(t_s, x, 1500, &fit, &error), MOTION_OK);
+    assert_true(fabs(fit.frequency_hz / 4 - 1) < 1e-3);
+    assert_true(fabs(fit.second_hz / 11 - 1) < 1e-3);
+    assert_true(fabs(fit.second_damping - 0.02) < 1e-3);
+    assert_true(fabs(fit.second_amplitude / fit.amplitude - 3.0 / 7) < 0.02);
+}
+
+static void noise_is_no_second_vibration(void **state)
+{
+    const struct recording it = { .hz = 4,
+                                  .z = 0.03,
+                                  .scale = 10,
+                                  .noise = 0.1,
+                                  .periods = 12,
+                                  .rows = 1500 };
+    struct plan_shaper_fit fit;
+    struct plan_error error;
+
+    (void)state;
+    seed_from("no second");
+    record(&it);
+    assert_int_equal(plan_shaper_fit(t_s, x, 1500, &fit, &error), MOTION_OK);
+    assert_true(fit.second_hz == 0);
+}
+
 static void refused(uint32_t rows, const char *want)
 {
     struct plan_shaper_fit fit;
@@ -142,6 +180,10 @@ static void what_says_nothing_is_refused(void **state)
     it.periods = 0.8;
     record(&it);
     refused(500, "less than one and a half periods");
+    it.periods = 6;
+    it.z = 0.97;
+    record(&it);
+    refused(500, "comes to rest without swinging");
     for (int i = 0; i < 500; i++) {
         t_s[i] = i * 1e-3;
         x[i] = between(-1, 1);
@@ -157,6 +199,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_clean_step_gives_its_frequency_and_damping),
         cmocka_unit_test(noise_costs_what_it_must),
+        cmocka_unit_test(a_second_vibration_is_found),
+        cmocka_unit_test(noise_is_no_second_vibration),
         cmocka_unit_test(what_says_nothing_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
