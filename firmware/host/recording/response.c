@@ -8,6 +8,7 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
+#include "firmware/host/base/quote.h"
 #include "motion/plan/shaper/shaper_fit.h"
 
 #define RESPONSE_SEPARATORS ",; \t\r"
@@ -70,6 +71,7 @@ static bool response_ends(const char *name, const char *end)
 
 static int response_header(struct response_read *self, const char *line)
 {
+    const char *const header = line;
     char cell[RESPONSE_WORD_MAX];
 
     self->index = self->column == NULL ? 1 : 0;
@@ -83,10 +85,13 @@ static int response_header(struct response_read *self, const char *line)
         else if (self->column != NULL && strcmp(cell, self->column) == 0)
             self->index = i;
     }
-    if (self->index == 0)
-        return response_fail(self, "the header has no such column as --axis "
-                                   "names, behind the time");
-    return 0;
+    if (self->index > 0)
+        return 0;
+    char column[QUOTE_MAX], names[QUOTE_MAX], what[3 * QUOTE_MAX];
+    snprintf(what, sizeof what, "--axis: no column %s behind the time in %s",
+             quote_text(column, self->column, strlen(self->column)),
+             quote_text(names, header, strlen(header)));
+    return response_fail(self, what);
 }
 
 static int response_row(struct response_read *self, const char *line)

@@ -7,7 +7,7 @@
 
 #include "firmware/host/base/files.h"
 
-#define RESPONSE_MESSAGE_MAX 320
+#define RESPONSE_MESSAGE_MAX 448
 #define RESPONSE_BYTES_MAX   (32u << 20)
 #define RESPONSE_COLUMNS_MAX 256
 

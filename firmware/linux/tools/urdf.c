@@ -118,7 +118,7 @@ static void urdf_number(struct urdf_reader *self, const XML_Char **attribute,
     if (length == 0 || length >= URDF_NUMBER_MAX || end != text + length ||
         text[length + strspn(text + length, " \t\r\n")] != 0 ||
         strspn(text, "+-.0123456789eE") < length || !isfinite(number)) {
-        urdf_refuse(self, "limit has as a number, in rad or m,", text);
+        urdf_refuse(self, "expected a number, in rad or m, and not", text);
         return;
     }
     memcpy(out, text, length);

@@ -20,6 +20,8 @@
 #include "firmware/linux/commands/rig_text.h"
 #include "firmware/linux/tools/urdf.h"
 
+#define URDF_WRONG_MAX 256
+
 struct import_urdf {
     const struct options *options;
     struct urdf urdf;
@@ -74,25 +76,43 @@ static int urdf_limits(struct import_urdf *self, const struct urdf_joint *joint,
     return err;
 }
 
+/* What is wrong with a joint as limits of an axis in `unit`; NULL: nothing. */
+static const char *urdf_wrong(const struct urdf_joint *joint,
+                              enum units_axis unit, char text[URDF_WRONG_MAX])
+{
+    const bool turns = unit == UNITS_AXIS_DEG || unit == UNITS_AXIS_RAD ||
+                       unit == UNITS_AXIS_REV;
+
+    if (joint->slides ? unit != UNITS_AXIS_MM : !turns)
+        snprintf(text, URDF_WRONG_MAX, "%s, and the axis of the rig is in %s",
+                 joint->slides ? "slides" : "turns", units_axis_text(unit));
+    else if (!joint->is_free && joint->lower[0] != 0 && joint->upper[0] != 0 &&
+             strtod(joint->lower, NULL) >= strtod(joint->upper, NULL))
+        snprintf(text, URDF_WRONG_MAX,
+                 "goes from lower %s to upper %s, expected lower below upper",
+                 joint->lower, joint->upper);
+    else if (joint->velocity[0] != 0 && strtod(joint->velocity, NULL) <= 0)
+        snprintf(text, URDF_WRONG_MAX,
+                 "has the velocity %s, expected one above zero",
+                 joint->velocity);
+    else
+        return NULL;
+    return text;
+}
+
 static enum status urdf_joint(struct import_urdf *self,
                               const struct urdf_joint *joint,
                               const struct yaml_value *axes)
 {
     const int found = rig_axis_index(&self->rig, joint->name);
-    char message[YAML_MESSAGE_MAX];
+    char message[YAML_MESSAGE_MAX + URDF_WRONG_MAX], text[URDF_WRONG_MAX];
 
     if (found < 0)
         return STATUS_OK;
-    const enum units_axis unit = self->rig.axis[found].unit;
-    const bool turns = unit == UNITS_AXIS_DEG || unit == UNITS_AXIS_RAD ||
-                       unit == UNITS_AXIS_REV;
-    if (joint->slides ? unit != UNITS_AXIS_MM : !turns) {
-        snprintf(message, sizeof message,
-                 "%.400s:%u:%u: joint '%s' %s, and the axis of the rig is in "
-                 "%s",
+    if (urdf_wrong(joint, self->rig.axis[found].unit, text) != NULL) {
+        snprintf(message, sizeof message, "%.400s:%u:%u: joint '%s' %s",
                  self->options->path[1], joint->place.line, joint->place.column,
-                 joint->name, joint->slides ? "slides" : "turns",
-                 units_axis_text(unit));
+                 joint->name, text);
         return urdf_refuse(message);
     }
     const struct yaml_value axis = urdf_under(axes, joint->name),

@@ -65,7 +65,8 @@ static void bad_rows_are_told_by_their_line(void **state)
     refuse("0,1\n0.5,nan\n", NULL, ":2: expected a time and a number");
     refuse("0,1\n0.5,1e999\n", NULL, ":2: expected a time and a number");
     refuse("0,1\n0,2\n", NULL, ":2: the time is not later");
-    refuse("t,x\n0,1\n0.5,1\n", "tip", ":1: the header has no such column");
+    refuse("t,x\n0,1\n0.5,1\n", "tip",
+           ":1: --axis: no column 'tip' behind the time in 't,x'");
     refuse("0,1\n0.5,1\n", "tip", ":1: there is no header");
     refuse("t\n0\n", NULL, ":2: expected a time and a number");
     assert_int_equal(

@@ -78,7 +78,7 @@ static const struct {
     { ROBOT(JOINT("base", "screw", "")),
       "arm.urdf:3:1: joint has an unknown type" },
     { ROBOT(JOINT("base", "revolute", "lower=\"0x3\"")),
-      "arm.urdf:3:36: limit has as a number, in rad or m, '0x3'" },
+      "arm.urdf:3:36: expected a number, in rad or m, and not '0x3'" },
     { ROBOT(JOINT("base", "revolute", "") JOINT("base", "revolute", "")),
       "arm.urdf:4:1: there is a second joint 'base'" },
     { ROBOT(JOINT("lift", "revolute", "")),
@@ -87,8 +87,11 @@ static const struct {
       "arm.urdf: none of its joints is an axis of the rig; the first is "
       "'far'" },
     { ROBOT(JOINT("base", "revolute", "lower=\"3\" upper=\"2\"")),
-      "rig.yaml:5:" },
-    { ROBOT(JOINT("base", "revolute", "velocity=\"0\"")), "rig.yaml:5:" },
+      "arm.urdf:3:1: joint 'base' goes from lower 3 to upper 2, expected lower "
+      "below upper" },
+    { ROBOT(JOINT("base", "revolute", "velocity=\"0\"")),
+      "arm.urdf:3:1: joint 'base' has the velocity 0, expected one above "
+      "zero" },
 };
 
 static void what_is_wrong_is_said_and_nothing_is_written(void **state)
