@@ -263,11 +263,7 @@ EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, void **state)
 EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, void *state,
                                              size_t *size)
 {
-    const struct fmu_kept *const kept = state;
-    if (kept == NULL)
-        return fmu_fail(c, "there is no state");
-    *size = kept->size;
-    return FMU_OK;
+    return fmu_kept_size(c, state, size);
 }
 
 EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, void *state,

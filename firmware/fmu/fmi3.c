@@ -202,11 +202,7 @@ EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance instance, void **state)
 EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, void *state,
                                              size_t *size)
 {
-    const struct fmu_kept *const kept = state;
-    if (kept == NULL)
-        return fmu_fail(instance, "there is no state");
-    *size = kept->size;
-    return FMU_OK;
+    return fmu_kept_size(instance, state, size);
 }
 
 EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance instance, void *state,

@@ -65,6 +65,9 @@ enum fmu_status fmu_set(struct fmu *self, uint32_t reference, bool is_boolean,
 enum fmu_status fmu_keep(struct fmu *self, struct fmu_kept **kept);
 /* Of this instance or of another one of the unit. */
 enum fmu_status fmu_restore(struct fmu *self, const struct fmu_kept *kept);
+/* Of the bytes that fmu_kept_write makes of it. */
+enum fmu_status fmu_kept_size(struct fmu *self, const struct fmu_kept *kept,
+                              size_t *size);
 /* From bytes of a kept state, which may come from another process. */
 enum fmu_status fmu_kept_read(struct fmu *self, const void *bytes, size_t size,
                               struct fmu_kept **kept);

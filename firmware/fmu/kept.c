@@ -145,6 +145,15 @@ enum fmu_status fmu_restore(struct fmu *self, const struct fmu_kept *kept)
     return FMU_OK;
 }
 
+enum fmu_status fmu_kept_size(struct fmu *self, const struct fmu_kept *kept,
+                              size_t *size)
+{
+    if (kept == NULL)
+        return fmu_fail(self, "there is no state");
+    *size = kept->size;
+    return FMU_OK;
+}
+
 enum fmu_status fmu_kept_read(struct fmu *self, const void *bytes, size_t size,
                               struct fmu_kept **kept)
 {

@@ -1,7 +1,10 @@
 /* firmware/linux/fmu/fmu_state.c - see fmu_state.h. */
+#define _DEFAULT_SOURCE /* mincore */
 #include "firmware/linux/fmu/fmu_state.h"
 
 #include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include "sim/util.h"
 
@@ -107,6 +110,17 @@ static uint64_t state_word(const unsigned char *at)
 
 /* --- which words are pointers --- */
 
+/* Is there memory at this address? */
+static bool state_is_mapped(uint64_t word)
+{
+    const uint64_t page = (uint64_t)sysconf(_SC_PAGESIZE);
+    unsigned char resident;
+
+    return word >= page && word >> 47 == 0 &&
+           mincore((unsigned char *)(uintptr_t)(word / page * page), page,
+                   &resident) == 0;
+}
+
 static unsigned char state_kind(const struct state_blocks *blocks, uint64_t a,
                                 uint64_t b)
 {
@@ -114,9 +128,9 @@ static unsigned char state_kind(const struct state_blocks *blocks, uint64_t a,
 
     if (a == b)
         return place >> STATE_SHIFT == STATE_PROGRAM ? STATE_PLACE : STATE_DATA;
-    return place != STATE_NOWHERE && place == state_place(&blocks[1], b)
-               ? STATE_PLACE
-               : STATE_OWN;
+    if (place != STATE_NOWHERE && place == state_place(&blocks[1], b))
+        return STATE_PLACE;
+    return state_is_mapped(a) && state_is_mapped(b) ? STATE_OWN : STATE_DATA;
 }
 
 static void state_compare(struct fmu_state_map *map,
@@ -137,11 +151,22 @@ static void state_compare(struct fmu_state_map *map,
     }
 }
 
+void fmu_state_map_of(struct fmu_state_map *map, struct fmu_model *one,
+                      struct fmu_model *other)
+{
+    struct state_blocks blocks[2];
+
+    state_find(&blocks[0], one);
+    state_find(&blocks[1], other);
+    state_compare(map, blocks);
+    state_leave(&blocks[0]);
+    state_leave(&blocks[1]);
+}
+
 int fmu_state_map_init(struct fmu_state_map *map, const struct files *files,
                        const char *path, char message[YAML_MESSAGE_MAX])
 {
     struct fmu_model *const model = memory_new(2, sizeof *model);
-    struct state_blocks blocks[2] = { { .count = 0 } };
     int err = 0;
 
     for (unsigned i = 0; i < 2 && err == 0; i++) {
@@ -150,15 +175,11 @@ int fmu_state_map_init(struct fmu_state_map *map, const struct files *files,
             err = fmu_model_start(&model[i]);
         if (err < 0)
             memcpy(message, model[i].message, YAML_MESSAGE_MAX);
-        else
-            state_find(&blocks[i], &model[i]);
     }
     if (err == 0)
-        state_compare(map, blocks);
-    for (unsigned i = 0; i < 2; i++) {
-        state_leave(&blocks[i]);
+        fmu_state_map_of(map, &model[0], &model[1]);
+    for (unsigned i = 0; i < 2; i++)
         fmu_model_free(&model[i]);
-    }
     memory_free(model);
     return err;
 }

@@ -5,9 +5,11 @@
  * copied as they are, but for what points into them or into the program: that is
  * kept as a block (or the program) and a place in it.  Which words these are is
  * not guessed.  Two models are started beside each other; where they differ,
- * there is a pointer, as what is simulated is the same.  Pointers are made by the
- * start of a model: later a word may point to something else, but none becomes a
- * pointer that was none (tests/firmware/linux/fmu/test_fmu_state.c). */
+ * there is a pointer, as what is simulated is the same, or the padding of a
+ * number, which is kept with it: a pointer to elsewhere points to memory that is
+ * there, in both.  Pointers are made by the start of a model: later a word may
+ * point to something else, but none becomes a pointer that was none
+ * (tests/firmware/linux/fmu/test_fmu_state.c). */
 #ifndef FIRMWARE_LINUX_FMU_FMU_STATE_H
 #define FIRMWARE_LINUX_FMU_FMU_STATE_H
 
@@ -23,6 +25,9 @@ struct fmu_state_map {
 /* Of the models of a rig.  0, or -1 with a message. */
 int fmu_state_map_init(struct fmu_state_map *map, const struct files *files,
                        const char *path, char message[YAML_MESSAGE_MAX]);
+/* The same, of two models of a rig that have been started and not moved. */
+void fmu_state_map_of(struct fmu_state_map *map, struct fmu_model *one,
+                      struct fmu_model *other);
 void fmu_state_map_free(struct fmu_state_map *map);
 
 /* Of a model that has been started. */

@@ -121,6 +121,41 @@ static void no_word_becomes_a_pointer_while_it_runs(void **state)
     }
 }
 
+/* A number of four bytes with padding that is by chance another one in each
+ * model, and a pointer to what belongs to a model alone. */
+static void a_number_with_padding_is_kept_and_a_pointer_is_not(void **state)
+{
+    struct fmu_state_map map = { .words = 0 };
+    struct unit unit, other;
+    (void)state;
+
+    unit_start(&unit, rigs[0]);
+    unit_start(&other, rigs[0]);
+    uint64_t word[] = { UINT64_C(0x00007ffd0000002a),
+                        UINT64_C(0x000055550000002a) };
+    double *const at = unit.model->axis[0].value;
+    double *const other_at = other.model->axis[0].value;
+    memcpy(&at[0], &word[0], sizeof word[0]);
+    memcpy(&other_at[0], &word[1], sizeof word[1]);
+    const uint64_t own[] = { (uintptr_t)&unit, (uintptr_t)&other };
+    memcpy(&at[1], &own[0], sizeof own[0]);
+    memcpy(&other_at[1], &own[1], sizeof own[1]);
+    fmu_state_map_of(&map, unit.model, other.model);
+    assert_int_equal(fmu_state_stray(&map, unit.model), 1);
+    word[0] += 7;
+    memcpy(&at[0], &word[0], sizeof word[0]);
+    const size_t size = fmu_state_size(unit.model);
+    unsigned char *const bytes = memory_new(size, 1);
+    fmu_state_save(&map, unit.model, bytes);
+    assert_int_equal(fmu_state_load(&map, other.model, bytes, size), 0);
+    assert_memory_equal(&other_at[0], &word[0], sizeof word[0]);
+    assert_memory_equal(&other_at[1], &own[1], sizeof own[1]);
+    memory_free(bytes);
+    fmu_state_map_free(&map);
+    unit_end(&other);
+    unit_end(&unit);
+}
+
 static void bytes_of_another_rig_are_refused(void **state)
 {
     char message[YAML_MESSAGE_MAX] = "";
@@ -149,6 +184,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_state_goes_on_in_another_model),
         cmocka_unit_test(no_word_becomes_a_pointer_while_it_runs),
+        cmocka_unit_test(a_number_with_padding_is_kept_and_a_pointer_is_not),
         cmocka_unit_test(bytes_of_another_rig_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -2,7 +2,14 @@
  * manuals describe them, not as our maps use them: each does what a register
  * says, from the states in which it may, and nothing else.  The test sees what
  * no register tells: whether there is torque, and whether it was taken away in
- * motion. */
+ * motion.
+ *
+ * sim/device/modbus has drives of the same makers, on purpose: two that were
+ * written by themselves, from the same manuals.  Those are what a user runs, with
+ * the registers and the motor of a drive; these are witnesses of the way to no
+ * torque, and have what those leave out: a fault reaction that still has torque,
+ * a brake that holds or falls, what is worn in the EEPROM, a drive that refuses
+ * to be switched off.  Neither uses the other, nor our maps. */
 #ifndef TESTS_HAL_DRIVE_MODBUS_STRICT_MODBUS_H
 #define TESTS_HAL_DRIVE_MODBUS_STRICT_MODBUS_H
 
