@@ -13,6 +13,8 @@
 #define CURTAIN_SAG      0.02 /* that a column's own weight makes of its length */
 #define CURTAIN_BENDING  0.02 /* of the structural stiffness */
 #define CURTAIN_SLACK    0.85 /* how far its corners are apart, of its width */
+#define CURTAIN_SPHERE   0.7  /* of the shorter distance of its nodes, across */
+#define CURTAIN_PUSH     0.5  /* of the structural stiffness, of two spheres */
 #define CURTAIN_DRAG_S   1.2  /* in which the air stops it */
 #define CURTAIN_SETTLE_S 3.0
 #define CURTAIN_FLOOR    1e-12 /* gauss.h; air and cloth damp it */
@@ -121,12 +123,49 @@ static void payload_lay_curtain(struct sim_payload *self, double at)
         }
 }
 
+double sim_payload_sphere_m(const struct sim_payload_config *config)
+{
+    return CURTAIN_SPHERE * fmin(config->length_m / (SIM_PAYLOAD_ROWS - 1),
+                                 config->width_m / (SIM_PAYLOAD_COLUMNS - 1));
+}
+
+/* As far apart across as down in the grid: the width is its own. */
+static void payload_space_springs(struct sim_payload *self, int springs)
+{
+    const struct sim_payload_config *const config = &self->config;
+    const double down = config->length_m / (SIM_PAYLOAD_ROWS - 1);
+    const double across = config->width_m / (SIM_PAYLOAD_COLUMNS - 1);
+
+    for (int i = 0; i < springs; i++) {
+        struct sim_spring *const spring = &self->spring[i];
+        const int columns =
+            spring->j / SIM_PAYLOAD_ROWS - spring->i / SIM_PAYLOAD_ROWS;
+        const int rows =
+            spring->j % SIM_PAYLOAD_ROWS - spring->i % SIM_PAYLOAD_ROWS;
+        spring->rest_m = double_hypot(across * columns, down * rows);
+    }
+}
+
+static int payload_spheres(struct sim_payload *self, double stiffness,
+                           double damping, int springs)
+{
+    const struct sim_spring like = {
+        .stiffness_n_m = CURTAIN_PUSH * stiffness,
+        .damping_n_s_m = damping,
+        .rest_m = sim_payload_sphere_m(&self->config),
+        .pushes = true,
+    };
+
+    return self->config.collides ? sim_spheres_springs(&like, SIM_PAYLOAD_NODES,
+                                                       self->spring + springs)
+                                 : 0;
+}
+
 static int payload_weave(struct sim_payload *self, double at)
 {
     const struct sim_payload_config *const config = &self->config;
     const double node_kg = config->mass_kg / SIM_PAYLOAD_NODES;
     const double spacing = config->length_m / (SIM_PAYLOAD_ROWS - 1);
-    const double across = config->width_m / (SIM_PAYLOAD_COLUMNS - 1);
     const double stiffness =
         SIM_PAYLOAD_ROWS * node_kg * GRAVITY / (CURTAIN_SAG * spacing);
     const double damping = 0.1 * sqrt(stiffness * node_kg);
@@ -143,9 +182,8 @@ static int payload_weave(struct sim_payload *self, double at)
     const int springs =
         sim_cloth_springs(&cloth, self->spring, SIM_PAYLOAD_SPRINGS);
     const int driven = (SIM_PAYLOAD_COLUMNS - 1) * SIM_PAYLOAD_ROWS;
-    const struct sim_particles_config particles = {
+    struct sim_particles_config particles = {
         .nodes = SIM_PAYLOAD_NODES,
-        .springs = springs,
         .node = self->node,
         .spring = self->spring,
         .gravity_m_s2 = { 0, 0, -GRAVITY },
@@ -160,15 +198,9 @@ static int payload_weave(struct sim_payload *self, double at)
             .mass_kg = node_kg,
             .fixed = i == 0 || i == driven,
         };
-    /* as far apart across as down in the grid: the width is its own */
-    for (int i = 0; i < springs; i++) {
-        struct sim_spring *const spring = &self->spring[i];
-        const int columns =
-            spring->j / SIM_PAYLOAD_ROWS - spring->i / SIM_PAYLOAD_ROWS;
-        const int rows =
-            spring->j % SIM_PAYLOAD_ROWS - spring->i % SIM_PAYLOAD_ROWS;
-        spring->rest_m = double_hypot(across * columns, spacing * rows);
-    }
+    payload_space_springs(self, springs);
+    particles.springs =
+        springs + payload_spheres(self, stiffness, damping, springs);
     self->held_m = at - CURTAIN_SLACK * config->width_m;
     const int err =
         sim_particles_init(&self->particles, &particles, self->work);

@@ -25,7 +25,8 @@
 #define SIM_PAYLOAD_COLUMNS 11 /* of a curtain's nodes */
 #define SIM_PAYLOAD_ROWS    9
 #define SIM_PAYLOAD_NODES   (SIM_PAYLOAD_COLUMNS * SIM_PAYLOAD_ROWS)
-#define SIM_PAYLOAD_SPRINGS (6 * SIM_PAYLOAD_NODES)
+#define SIM_PAYLOAD_SPRINGS                                                    \
+    (6 * SIM_PAYLOAD_NODES + SIM_SPHERES_PAIRS(SIM_PAYLOAD_NODES))
 
 enum sim_payload_kind {
     SIM_PAYLOAD_PENDULUM,
@@ -42,6 +43,7 @@ struct sim_payload_config {
     double
         length_m; /* of rod or cable; how high a curtain is; of a plate; > 0 */
     double width_m;  /* of a curtain, > 0 */
+    bool collides;   /* a curtain with itself: its nodes are spheres */
     double damping;  /* of the first swing, of critical: 0 .. 1 */
     double radius_m; /* of a ball, > 0 */
     double friction; /* of a ball, >= 0 */
@@ -91,6 +93,10 @@ double sim_payload_off_m(const struct sim_payload *self);
  * the middle of the ball.  Returns how many, at most SIM_PAYLOAD_NODES. */
 unsigned sim_payload_points(const struct sim_payload *self,
                             struct sim_payload_point point[SIM_PAYLOAD_NODES]);
+
+/* Of a curtain that collides with itself: across a sphere, which two nodes come
+ * little nearer to each other than. */
+double sim_payload_sphere_m(const struct sim_payload_config *config);
 
 /* Mass that moves with the axis, beside which its own has to be large. */
 double sim_payload_kg(const struct sim_payload_config *config);

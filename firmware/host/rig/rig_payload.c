@@ -82,6 +82,13 @@ static int payload_read_kind(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int payload_read_collides(void *reader, const struct yaml_value *value,
+                                 void *out)
+{
+    (void)reader;
+    return yaml_value_bool(value, out);
+}
+
 static int payload_read_axis(void *reader, const struct yaml_value *value,
                              void *out)
 {
@@ -118,6 +125,8 @@ static const struct yaml_field rig_payload_fields[] = {
       offsetof(struct rig_payload, cable_kg) },
     { "width", YAML_OPTIONAL, "1 mm .. 100 m", payload_read_length,
       offsetof(struct rig_payload, width_m) },
+    { "self_collision", YAML_OPTIONAL, "yes or no", payload_read_collides,
+      offsetof(struct rig_payload, collides) },
     { "damping", YAML_OPTIONAL, "0 .. 1", payload_read_ratio,
       offsetof(struct rig_payload, damping) },
     { "radius", YAML_OPTIONAL, "1 mm .. 100 m", payload_read_length,
@@ -148,6 +157,7 @@ static int payload_check_keys(const struct yaml_value *value,
     } key[] = {
         { "cable", kind == RIG_PAYLOAD_CABLE, kind == RIG_PAYLOAD_CABLE },
         { "width", kind == RIG_PAYLOAD_CURTAIN, kind == RIG_PAYLOAD_CURTAIN },
+        { "self_collision", kind == RIG_PAYLOAD_CURTAIN, false },
         { "damping", kind <= RIG_PAYLOAD_CABLE, false },
         { "radius", ball, ball },
         { "friction", ball, false },

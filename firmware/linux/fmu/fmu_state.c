@@ -114,11 +114,11 @@ static uint64_t state_word(const unsigned char *at)
 static bool state_is_mapped(uint64_t word)
 {
     const uint64_t page = (uint64_t)sysconf(_SC_PAGESIZE);
-    unsigned char resident;
+    const uint64_t start = word / page * page;
+    unsigned char resident, *at;
 
-    return word >= page && word >> 47 == 0 &&
-           mincore((unsigned char *)(uintptr_t)(word / page * page), page,
-                   &resident) == 0;
+    memcpy(&at, &start, sizeof at);
+    return word >= page && word >> 47 == 0 && mincore(at, page, &resident) == 0;
 }
 
 static unsigned char state_kind(const struct state_blocks *blocks, uint64_t a,

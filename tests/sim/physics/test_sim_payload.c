@@ -1,6 +1,7 @@
 /* tests/sim/physics/test_sim_payload.c - what hangs on an axis, or rolls on it,
  * moves as it must and pulls as it must. */
 #include <math.h>
+#include <stdio.h>
 
 #include "sim/physics/payload.h"
 #include "tests/sim/bus/sim_bus.h"
@@ -159,6 +160,56 @@ static void a_curtain_hangs_from_its_corners_and_comes_to_rest(void **state)
     assert_true(sim_payload_off_m(&payload) < 0.05);
 }
 
+static double nearest_pair(void)
+{
+    struct sim_payload_point point[SIM_PAYLOAD_NODES];
+    double nearest = 1;
+
+    (void)sim_payload_points(&payload, point);
+    for (unsigned i = 0; i < SIM_PAYLOAD_NODES; i++)
+        for (unsigned j = 0; j < i; j++)
+            nearest = fmin(nearest, hypot(hypot(point[i].x - point[j].x,
+                                                point[i].y - point[j].y),
+                                          point[i].z - point[j].z));
+    return nearest;
+}
+
+static double nearest_seen;
+
+static void watch_nearest(double t_s)
+{
+    (void)t_s;
+    nearest_seen = fmin(nearest_seen, nearest_pair());
+}
+
+/* Its traveller closes it, corner to corner: what would lie in one place
+ * keeps apart. */
+static void a_curtain_does_not_pass_through_itself(void **state)
+{
+    struct sim_payload_config config = { .kind = SIM_PAYLOAD_CURTAIN,
+                                         .mass_kg = 1.5,
+                                         .length_m = 1.5,
+                                         .width_m = 2,
+                                         .collides = true };
+    const double sphere = sim_payload_sphere_m(&config);
+    double through;
+    (void)state;
+
+    build(&config);
+    nearest_seen = 1;
+    play(-1.55, 1.2, 1.5, watch_nearest);
+    const double apart = nearest_seen;
+    config.collides = false;
+    build(&config);
+    nearest_seen = 1;
+    play(-1.55, 1.2, 1.5, watch_nearest);
+    through = nearest_seen;
+    printf("spheres of %.3f m: nearest %.3f m, without them %.3f m\n", sphere,
+           apart, through);
+    assert_true(apart > 0.7 * sphere);
+    assert_true(through < 0.5 * sphere);
+}
+
 static void what_is_out_of_range_is_refused(void **state)
 {
     const struct sim_payload_config good = {
@@ -185,6 +236,7 @@ int main(void)
         cmocka_unit_test(what_it_pulls_with_is_its_change_of_momentum),
         cmocka_unit_test(a_ball_rolls_down_a_plate_and_off_it),
         cmocka_unit_test(a_curtain_hangs_from_its_corners_and_comes_to_rest),
+        cmocka_unit_test(a_curtain_does_not_pass_through_itself),
         cmocka_unit_test(what_is_out_of_range_is_refused),
     };
 
