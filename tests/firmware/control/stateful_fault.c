@@ -277,12 +277,31 @@ static void judge_reaction(struct stateful *bench)
     judge->reaction = reaction;
 }
 
+/* What is read while it is played stops while there is enough to stop on; a tick
+ * of the path has passed since that was looked at. */
+static void judge_reading(struct stateful *bench)
+{
+    const struct controller *controller = &bench->controller;
+    const int64_t tick_ns_q12 = 2 * bench->period_ns * MOTION_FIXED_NS_Q12;
+    for (unsigned i = 0; i < bench->axes; i++) {
+        const struct motion_track *track = controller->axis[i].track;
+        if (track == NULL || track->outline == NULL ||
+            controller->state != CONTROLLER_MOVING)
+            continue;
+        if (motion_track_ahead(track, controller->rate.s_ns_q12) <
+            controller->reserve_ns_q12 - tick_ns_q12)
+            stateful_violate(bench, STATEFUL_MISSED, (int)i,
+                             "the move is not read in time");
+    }
+}
+
 void stateful_judge_faults(struct stateful *bench)
 {
     follow_button(bench);
     judge_latch(bench);
     judge_button(bench);
     judge_reaction(bench);
+    judge_reading(bench);
     for (unsigned i = 0; i < bench->axes; i++)
         judge_away(bench, i);
 }

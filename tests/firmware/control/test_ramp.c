@@ -26,7 +26,8 @@ enum request { HOLD, STOP, FAULT };
 /* What came of all slow-downs. */
 static struct {
     unsigned requested, rose, waited, later, quick, late;
-    double rise, rest_s, share;     /* the largest; share of the bound */
+    double rise, rest_s, share;     /* the largest; share of the bound, */
+    double path;                    /* of what is kept for a stop */
     unsigned compared, found_later; /* than at once, where there is one; */
     unsigned missed;                /* and far from the shortest */
     double ratio[COMPARED];         /* to the oracle's duration */
@@ -182,6 +183,38 @@ static double watch_rise(const struct controller *c, bool stop, unsigned ticks,
                : most;
 }
 
+/* While r' > 0 it never rises faster than the ramp that was in force would. */
+static void no_steeper(const struct controller *c,
+                       const struct motion_clock_rate *from)
+{
+    const int64_t most = from->jerk_q30 > 0 ? from->jerk_q30 : 0;
+    if (c->rate.accel_q30 > 0 && c->rate.jerk_q30 > most && !c->is_brake)
+        fail_msg("request %u: r'' rises from %.6f to %.6f", tally.requested,
+                 rate_of(from->jerk_q30), rate_of(c->rate.jerk_q30));
+}
+
+/* The path that a stop within the stop limits takes at most where the rate does not
+ * rise; where it does, one that leaves the window does not fit. */
+static int64_t reserve_of(const struct controller *c)
+{
+    const struct motion_track *track[RAMP_AXES];
+    const int64_t rate =
+        c->rate.rate_q30 > c->override_q30 ? c->rate.rate_q30 : c->override_q30;
+    for (unsigned i = 0; i < c->config.axis_count; i++)
+        track[i] = c->axis[i].track;
+    return controller_reserve_ns_q12(c, track, rate);
+}
+
+static void keeps_reserve(const struct controller *c, double path)
+{
+    if (c->reaction >= CONTROLLER_REACT_QUICK)
+        return;
+    tally.path = fmax(tally.path, path);
+    if (path > 1)
+        fail_msg("request %u: a stop takes %.3f of what is kept for it",
+                 tally.requested, path);
+}
+
 /* Ask, run until it rests, judge every tick. */
 static void slow_down(enum request request)
 {
@@ -189,11 +222,16 @@ static void slow_down(enum request request)
     const bool stop = request == FAULT;
     const double before = rate_of(c->rate.rate_q30);
     const int64_t from_ns = c->clock_ns, bound_ns = bound_of(c, request);
+    const int64_t reserve_ns_q12 = reserve_of(c);
+    const bool is_jog = c->jog != NULL; /* in memory as a whole */
     double highest = 0, most = unavoidable(c, stop, 1), least = 0;
     struct motion_clock_rate from;
     motion_clock_warp_at(&c->warp, c->clock_ns, &from);
     tally.waited += isinf(most) ? 1u : 0u;
     query(request);
+    /* within the stop limits there is a ramp at once, or the drives brake */
+    assert_true(!stop || c->reaction >= CONTROLLER_REACT_QUICK || c->is_brake ||
+                c->warp.rate1_q30 == 0 || rests(c));
     if (++tally.requested % COMPARE == 0)
         least = compare(c, &from, stop);
     for (unsigned n = 0; !rests(c) && c->reaction < CONTROLLER_REACT_QUICK;
@@ -201,6 +239,7 @@ static void slow_down(enum request request)
         most = watch_rise(c, stop, n, most);
         ramp_tick(&bench);
         no_gate(c);
+        no_steeper(c, &from);
         const double rate = rate_of(c->rate.rate_q30);
         highest = fmax(highest, rate);
         assert_true(c->rate.rate_q30 >= 0);
@@ -217,6 +256,9 @@ static void slow_down(enum request request)
                      (double)bound_ns * 1e-9);
     }
     const double rest_s = (double)(c->clock_ns - from_ns) * 1e-9;
+    if (stop && !is_jog && from.accel_q30 <= 0)
+        keeps_reserve(c, (double)(c->rate.s_ns_q12 - from.s_ns_q12) /
+                             (double)reserve_ns_q12);
     if (least > 0)
         compare_later(c, rest_s, least);
     tally.quick += c->reaction >= CONTROLLER_REACT_QUICK;
@@ -253,11 +295,12 @@ static void report(const char *what)
     qsort(tally.ratio, tally.compared, sizeof tally.ratio[0], compare_ratio);
     print_message(
         "%s: %u, %u rose by over 10 points, the most %.1f, %u had to wait, "
-        "%u levelled later; rest after %.2f s at most, %.2f of the bound; %u "
-        "quick stops, %u at the "
+        "%u levelled later; rest after %.2f s at most, %.2f of the bound, %.2f "
+        "of the path that is kept for a stop; %u quick stops, %u at the "
         "bound\n",
         what, tally.requested, tally.rose, tally.rise * 100, tally.waited,
-        tally.later, tally.rest_s, tally.share, tally.quick, tally.late);
+        tally.later, tally.rest_s, tally.share, tally.path, tally.quick,
+        tally.late);
     print_message("  %u beside the shortest: median %.3f, 90 %% %.3f, 99 %% "
                   "%.3f, worst %.3f; %u not found at once, %u of them far from "
                   "it\n",
@@ -321,6 +364,7 @@ static void random_slow_downs_in_jogs_that_turn_round(void **state)
         ramp_jog(&bench);
         session();
     }
+    assert_true(tally.quick > 0);
     report("jogs");
 }
 
