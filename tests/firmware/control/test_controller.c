@@ -515,21 +515,29 @@ static const struct {
     void (*cause)(struct bench *bench);
     enum controller_fault fault;
     int axis, bound_ticks;
+    enum controller_reaction reaction;
 } fault_rows[] = {
-    { "drive fault", cause_drive_fault, CONTROLLER_FAULT_DRIVE, 1, 1 },
-    { "drive gone", cause_offline, CONTROLLER_FAULT_OFFLINE, 1, 1 },
-    { "drive let go", cause_state, CONTROLLER_FAULT_STATE, 1, 1 },
-    { "stale", cause_stale, CONTROLLER_FAULT_STALE, 1, 5 },
-    { "following", cause_following, CONTROLLER_FAULT_FOLLOWING, 1, 1 },
-    { "e-stop", cause_estop, CONTROLLER_FAULT_ESTOP, -1, 1 },
-    { "e-stop wire", cause_estop_broken, CONTROLLER_FAULT_ESTOP, -1, 1 },
+    { "drive fault", cause_drive_fault, CONTROLLER_FAULT_DRIVE, 1, 1,
+      CONTROLLER_REACT_STOP },
+    { "drive gone", cause_offline, CONTROLLER_FAULT_OFFLINE, 1, 1,
+      CONTROLLER_REACT_STOP },
+    { "drive let go", cause_state, CONTROLLER_FAULT_STATE, 1, 1,
+      CONTROLLER_REACT_STOP },
+    { "stale", cause_stale, CONTROLLER_FAULT_STALE, 1, 5,
+      CONTROLLER_REACT_STOP },
+    { "following", cause_following, CONTROLLER_FAULT_FOLLOWING, 1, 1,
+      CONTROLLER_REACT_STOP },
+    { "e-stop", cause_estop, CONTROLLER_FAULT_ESTOP, -1, 1,
+      CONTROLLER_REACT_STOP },
+    { "e-stop wire", cause_estop_broken, CONTROLLER_FAULT_ESTOP, -1, 1,
+      CONTROLLER_REACT_STOP },
     { "both switches", cause_limit_switches, CONTROLLER_FAULT_LIMIT_SWITCH, 1,
-      1 },
+      1, CONTROLLER_REACT_STOP },
     { "both limit lines", cause_limit_lines, CONTROLLER_FAULT_LIMIT_SWITCH, 1,
-      1 },
+      1, CONTROLLER_REACT_STOP },
     { "limit lines gone", cause_limit_lines_broken,
-      CONTROLLER_FAULT_LIMIT_SWITCH, 1, 1 },
-    { "gate", cause_gate, CONTROLLER_FAULT_GATE, 1, 1 },
+      CONTROLLER_FAULT_LIMIT_SWITCH, 1, 1, CONTROLLER_REACT_STOP },
+    { "gate", cause_gate, CONTROLLER_FAULT_GATE, 1, 1, CONTROLLER_REACT_QUICK },
 };
 
 static void cure(struct bench *bench)
@@ -559,8 +567,8 @@ static void fault_in_motion(size_t row, int at)
         c->fault.axis != fault_rows[row].axis)
         fail_msg("%s at %d: latched '%s' axis %d", fault_rows[row].name, at,
                  controller_fault_text(c->fault.fault), c->fault.axis);
-    assert_true(c->state == CONTROLLER_STOPPING ||
-                c->state == CONTROLLER_FAULT);
+    assert_int_equal(c->reaction, fault_rows[row].reaction);
+    assert_int_equal(c->state, CONTROLLER_STOPPING);
     bench_ticks(&bench, 3000);
     assert_int_equal(c->state, CONTROLLER_FAULT);
     assert_int_equal(bench.drive[0].state, HAL_DRIVE_OFF);
@@ -959,7 +967,7 @@ static void every_lost_tick_is_counted_however_many(void **state)
         }
 }
 
-static void lost_ticks_are_skipped_and_too_many_stop(void **state)
+static void lost_ticks_are_skipped(void **state)
 {
     (void)state;
     struct bench bench;
@@ -972,9 +980,53 @@ static void lost_ticks_are_skipped_and_too_many_stop(void **state)
     /* the path goes on from where it was left */
     assert_int_equal(bench.controller.rate.s_ns_q12 - s_ns_q12, MS << 12);
     judge_path(&bench);
-    fake_now_ns += 11 * MS;
-    bench_tick(&bench);
-    assert_true(bench.controller.fault.fault != CONTROLLER_FAULT_NONE);
+}
+
+/* So many ticks are lost after each of `executed`, for 1000 of these. */
+static void lose_ticks(struct bench *bench, int executed, int lost)
+{
+    for (int n = 0; n < 1000; n++) {
+        if (n % executed == 0)
+            fake_now_ns += lost * MS;
+        bench_tick(bench);
+    }
+}
+
+static void ten_lost_in_a_row_or_one_in_ten_stop(void **state)
+{
+    static const struct {
+        int executed, lost;
+        bool is_stop;
+    } rows[] = {
+        { 300, 9, false },
+        { 300, 10, true },
+        { 11, 1, false },
+        { 8, 1, true },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++)
+        for (int enabling = 0; enabling < 2; enabling++) {
+            struct bench bench;
+            if (enabling) {
+                bench_init(&bench, 120);
+                bench.drive[2].enable_ticks = 4000;
+                bench_tick(&bench);
+                assert_int_equal(controller_enable(&bench.controller),
+                                 MOTION_OK);
+            } else {
+                bench_moving(&bench, 120, 300);
+            }
+            lose_ticks(&bench, rows[i].executed, rows[i].lost);
+            assert_int_equal(bench.controller.fault.fault,
+                             rows[i].is_stop ? CONTROLLER_FAULT_OVERRUN
+                                             : CONTROLLER_FAULT_NONE);
+            if (rows[i].is_stop && !enabling)
+                assert_int_equal(bench.controller.reaction,
+                                 CONTROLLER_REACT_STOP);
+            bench_ticks(&bench, 3000);
+            assert_true(!rows[i].is_stop ||
+                        bench.drive[0].state == HAL_DRIVE_OFF);
+        }
 }
 
 static void bad_configurations_are_refused(void **state)
@@ -1037,7 +1089,8 @@ int main(void)
         cmocka_unit_test(a_move_beyond_the_limits_is_not_started),
         cmocka_unit_test(a_move_may_touch_the_border_of_its_range),
         cmocka_unit_test(every_lost_tick_is_counted_however_many),
-        cmocka_unit_test(lost_ticks_are_skipped_and_too_many_stop),
+        cmocka_unit_test(lost_ticks_are_skipped),
+        cmocka_unit_test(ten_lost_in_a_row_or_one_in_ten_stop),
         cmocka_unit_test(bad_configurations_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -305,6 +305,7 @@ static void a_drive_that_does_not_come_in_time_is_a_fault(void **state)
     const struct controller_fault_record *fault = &machine.controller.fault;
     assert_int_equal(fault->fault, CONTROLLER_FAULT_ARRIVAL);
     assert_int_equal(fault->axis, TABLE);
+    assert_int_equal(machine.controller.reaction, CONTROLLER_REACT_QUICK);
     assert_in_range(fault->t_ns - since_ns, 2400 * MS, 2550 * MS);
     assert_true(units(fault->value) > 50 && units(fault->value) < 90);
     run_ms(500);

@@ -432,6 +432,26 @@ static void a_lease_expires(void **state)
     service_link_close(&other);
 }
 
+/* Whoever comes next may stop it, and takes control. */
+static void a_move_goes_on_without_its_client(void **state)
+{
+    struct service_link holder = client_new(), watcher = client_new();
+    (void)state;
+    client_ready(&holder);
+    client_load(&holder, move_text, "");
+    client_do(&holder, "{\"command\":\"approach\"}");
+    client_wait(&holder, "ready");
+    client_do(&holder, "{\"command\":\"start\"}");
+    client_wait(&watcher, "moving");
+    service_link_close(&holder);
+    usleep(300000);
+    client_wait(&watcher, "moving");
+    client_do(&watcher, "{\"command\":\"take\"}");
+    client_do(&watcher, "{\"command\":\"stop\"}");
+    client_wait(&watcher, "ready");
+    service_link_close(&watcher);
+}
+
 /* The axis would go on for 2 s by the dead man's time alone. */
 static const char jog_long[] =
     "{\"command\":\"jog\",\"axis\":\"slide\",\"speed\":50,\"for\":2}";
@@ -724,6 +744,7 @@ int main(void)
         BENCH_TEST(a_time_or_key_of_the_move_is_gone_to_and_held),
         BENCH_TEST(anybody_may_stop_and_one_may_move),
         BENCH_TEST(a_lease_expires),
+        BENCH_TEST(a_move_goes_on_without_its_client),
         BENCH_TEST(a_jog_ends_with_its_client),
         BENCH_TEST(a_jog_ends_when_its_client_is_killed),
         BENCH_TEST(a_jog_ends_with_its_lease),

@@ -248,6 +248,29 @@ static void moving_bench(const char *name)
     assert_int_equal(bench.feedback.state, HAL_DRIVE_ENABLED);
 }
 
+/* All but "acknowledged" and "busy": it has no function any more by which it is
+ * read, or by which set points are written. */
+static void an_exception_latches(void **state)
+{
+    static const struct {
+        uint32_t functions;
+        const char *text;
+    } rows[] = {
+        { 1u << 6 | 1u << 16, "a read was refused: " },
+        { 1u << 3 | 1u << 4, "a set point was refused: " },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        moving_bench("leadshine-el7");
+        bench.servo.slave.functions = rows[i].functions;
+        const int64_t since_ns = bench.world.now_ns;
+        modbus_bench_until(&bench, HAL_DRIVE_FAULT);
+        assert_true(bench.world.now_ns - since_ns < 50 * MS);
+        if (strstr(bench.feedback.fault_text, rows[i].text) == NULL)
+            fail_msg("%s: %s", rows[i].text, bench.feedback.fault_text);
+    }
+}
+
 static void an_alarm_is_told_in_words_and_reset(void **state)
 {
     (void)state;
@@ -482,6 +505,7 @@ int main(void)
         cmocka_unit_test(every_map_that_can_goes_home),
         cmocka_unit_test(a_servo_may_have_its_switches_in_bits),
         cmocka_unit_test(a_homing_that_takes_too_long_is_a_fault),
+        cmocka_unit_test(an_exception_latches),
         cmocka_unit_test(an_alarm_is_told_in_words_and_reset),
         cmocka_unit_test(a_mute_drive_is_lost_and_found),
         cmocka_unit_test(a_drive_that_comes_later_is_found),

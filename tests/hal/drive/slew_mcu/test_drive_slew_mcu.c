@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "firmware/control/arm.h"
+#include "firmware/control/parts.h"
 #include "firmware/linux/kind/slew_mcu/board_sim.h"
 #include "hal/drive/slew_mcu/drive.h"
 #include "hal/drive/virtual/drive.h"
@@ -394,6 +395,33 @@ static void a_line_that_is_cut_stops_everything(void **state)
 }
 
 /* One board is reset by its watchdog: it is lost, the others stop. */
+static void a_board_in_fault_stops_the_group(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(60, 200);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 5000));
+    for (unsigned i = 0; i < 500; i++)
+        tick();
+    controller_raise(&bench->board[1].unit.controller, CONTROLLER_FAULT_ESTOP,
+                     -1, 0, 0);
+    const int64_t since_ns = bench->now_ns;
+    while (bench->controller.fault.fault == CONTROLLER_FAULT_NONE)
+        tick();
+    assert_true(bench->now_ns - since_ns < 100 * MS);
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_DRIVE);
+    assert_int_equal(bench->controller.fault.axis, 2);
+    assert_int_equal(bench->controller.reaction, CONTROLLER_REACT_STOP);
+    assert_non_null(strstr(bench->axis[2].feedback.fault_text, "the board: "));
+    for (unsigned i = 0; i < 2000; i++)
+        tick();
+    assert_int_equal(bench->controller.state, CONTROLLER_FAULT);
+    assert_true(boards_stand());
+}
+
 static void a_board_that_is_reset_is_lost(void **state)
 {
     (void)state;
@@ -467,6 +495,7 @@ int main(void)
         cmocka_unit_test(a_stop_stops_all_and_they_go_on_from_there),
         cmocka_unit_test(a_stop_before_the_start_begins_nothing),
         cmocka_unit_test(a_line_that_is_cut_stops_everything),
+        cmocka_unit_test(a_board_in_fault_stops_the_group),
         cmocka_unit_test(a_board_that_is_reset_is_lost),
         cmocka_unit_test(a_bad_line_changes_no_set_point),
     };
