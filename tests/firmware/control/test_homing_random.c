@@ -14,17 +14,10 @@
  * and an axis that begins beyond a limit switch that does not work.  Wrong
  * wiring begins inside the range. */
 #include <inttypes.h>
-#include <stdlib.h>
 
-#include "firmware/host/job/job.h"
-#include "firmware/linux/base/disk.h"
-#include "firmware/linux/machine/kind.h"
-#include "motion/core/fixed.h"
-#include "tests/support/check.h"
+#include "tests/firmware/control/homing_bench.h"
 
-#define MS   INT64_C(1000000)
-#define UNIT MOTION_FIXED_ONE_Q32
-#define UM   (UNIT / 1000)
+#define MS INT64_C(1000000)
 
 /* Of tests/data/homing/rig.yaml, as far as the first axis has them. */
 enum { STOP, HOME, LEFT, RIGHT, LINES };
@@ -42,9 +35,6 @@ enum trouble {
     TROUBLES,
 };
 
-static struct rig rig;
-static struct machine_sim sim;
-static struct machine machine;
 static uint64_t seed, state;
 static unsigned homed[WAYS], failed[WAYS], errors[64], reached[TROUBLES];
 
@@ -99,11 +89,7 @@ static void tick(void)
 
 static void read_rig(const char *path, unsigned axis)
 {
-    char message[YAML_MESSAGE_MAX];
-    if (rig_load(&disk_files, path, &rig, message) < 0)
-        fail_msg("%s", message);
-    rig.axis[0] = rig.axis[axis];
-    rig.axis_count = 1;
+    read_axis(path, axis);
     if (rig.line_count > 0)
         rig.line_count = LINES;
 }
@@ -206,23 +192,15 @@ static void start_at_a_count(void)
 
 static void power_on(void)
 {
-    char message[YAML_MESSAGE_MAX];
-    struct machine_ports ports;
-    if (machine_sim_init(&sim, &rig, false, &ports, message) < 0 ||
-        machine_init(&machine, &rig, &ports, message) < 0)
-        fail_msg("SEED=%" PRIu64 ": %s", seed, message);
+    char who[32];
+    snprintf(who, sizeof who, "SEED=%" PRIu64 ": ", seed);
+    homing_build(who);
     if (trouble == STUCK_ACTIVE || trouble == STUCK_OPEN || trouble == DEAD)
         machine_sim_stick(&sim, HOME,
                           trouble == STUCK_ACTIVE ? SIM_GPIO_HIGH
                           : trouble == STUCK_OPEN ? SIM_GPIO_LOW
                                                   : SIM_GPIO_DEAD);
-    tick();
-    assert_int_equal(controller_enable(&machine.controller), MOTION_OK);
-    for (int i = 0; machine.controller.state != CONTROLLER_READY; i++) {
-        if (i > 10000)
-            fail_msg("SEED=%" PRIu64 ": never ready", seed);
-        tick();
-    }
+    homing_enable(who);
 }
 
 /* --- and what came of it --- */
@@ -230,20 +208,16 @@ static void power_on(void)
 static void judge_stops(void)
 {
     const struct rig_axis *axis = &rig.axis[0];
-    const struct sim_plant *plant =
-        &machine_kinds[axis->kind]->sim_servo(&sim, 0)->plant;
-    const double met = (double)plant->met_q24 / (1 << 24) /
-                       (double)llabs(axis->counts_num); /* mm/s */
     /* set points are whole counts, of which the servo smooths the most */
     const double ripple = 200.0 / (double)llabs(axis->counts_num);
     const double most =
         way == BY_HARD_STOP
             ? (double)axis->homing.fast_q32 / (double)UNIT + ripple
             : 0;
-    if (met > most)
+    if (met() > most)
         fail_msg("SEED=%" PRIu64
                  ", way %d, trouble %d: a hard stop is met at %.3f mm/s, %s",
-                 seed, (int)way, (int)trouble, met,
+                 seed, (int)way, (int)trouble, met(),
                  homing_error_text(machine.homing.error));
 }
 
@@ -318,15 +292,6 @@ static void it_knows_its_place_or_says_why_not(void **unused)
         assert_true(reached[i] > 0);
     for (int i = 0; all >= 100 && i < WAYS; i++)
         assert_true(homed[i] > 0);
-}
-
-static int down(void **unused)
-{
-    (void)unused;
-    machine_free(&machine);
-    machine_sim_free(&sim);
-    rig_free(&rig);
-    return 0;
 }
 
 int main(void)

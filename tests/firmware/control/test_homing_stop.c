@@ -1,20 +1,7 @@
 /* tests/firmware/control/test_homing_stop.c - homing to a hard stop, on the
  * simulated machine: from the stop itself, from just before it, from far away;
  * without a stop; of a load that takes its torque to speed up. */
-#include <stdlib.h>
-
-#include "firmware/host/job/job.h"
-#include "firmware/linux/base/disk.h"
-#include "firmware/linux/machine/kind.h"
-#include "motion/core/fixed.h"
-#include "tests/support/check.h"
-
-#define UNIT MOTION_FIXED_ONE_Q32
-#define UM   (UNIT / 1000)
-
-static struct rig rig;
-static struct machine_sim sim;
-static struct machine machine;
+#include "tests/firmware/control/homing_bench.h"
 
 static void tick(void)
 {
@@ -23,42 +10,10 @@ static void tick(void)
     machine_tick(&machine, now_ns);
 }
 
-/* One axis of a rig file, the first of it. */
-static void read_axis(const char *path, unsigned axis)
-{
-    char message[YAML_MESSAGE_MAX];
-    if (rig_load(&disk_files, path, &rig, message) < 0)
-        fail_msg("%s", message);
-    rig.axis[0] = rig.axis[axis];
-    rig.axis_count = 1;
-}
-
 static void power_on(void)
 {
-    char message[YAML_MESSAGE_MAX];
-    struct machine_ports ports;
-    if (machine_sim_init(&sim, &rig, false, &ports, message) < 0 ||
-        machine_init(&machine, &rig, &ports, message) < 0)
-        fail_msg("%s", message);
-    tick();
-    assert_int_equal(controller_enable(&machine.controller), MOTION_OK);
-    for (int i = 0; machine.controller.state != CONTROLLER_READY; i++) {
-        assert_true(i < 10000);
-        tick();
-    }
-}
-
-static struct sim_plant *plant(void)
-{
-    return &machine_kinds[rig.axis[0].kind]->sim_servo(&sim, 0)->plant;
-}
-
-/* Of the axis when it met a stop, unit/s. */
-static double met(void)
-{
-    return (double)plant()->met_q24 / (1 << 24) *
-           (double)rig.axis[0].counts_den /
-           (double)llabs(rig.axis[0].counts_num);
+    homing_build("");
+    homing_enable("");
 }
 
 static void homes(void)
@@ -133,15 +88,6 @@ static void without_a_stop_it_is_not_found(void **state)
     assert_int_equal(machine.homing.error, HOMING_NO_STOP);
     assert_int_equal(machine.controller.fault.fault, CONTROLLER_FAULT_NONE);
     assert_false(machine.controller.axis[0].homed);
-}
-
-static int down(void **state)
-{
-    (void)state;
-    machine_free(&machine);
-    machine_sim_free(&sim);
-    rig_free(&rig);
-    return 0;
 }
 
 /* It has the torque of a stop and lags far behind, but it moves. */

@@ -166,6 +166,14 @@ static struct studio_plan *planned(const char *text,
     return studio_plan_new(&store, "rig.yaml", "move.yaml", former);
 }
 
+static struct studio_plan *planned_sketch(const struct sketch *sketch,
+                                          const struct studio_plan *former)
+{
+    static char text[16384];
+    sketch_text(sketch, text, sizeof text);
+    return planned(text, former);
+}
+
 static void same(const char *text, const struct studio_plan *again)
 {
     static struct job job;
@@ -230,9 +238,21 @@ static void same_samples(const char *text, const struct studio_plan *before,
     }
 }
 
-static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
+/* Planned with what is left of `former`, or NULL: it is that of a fresh plan. */
+static struct studio_plan *planned_again(const struct sketch *sketch,
+                                         const struct studio_plan *former)
 {
     static char text[16384];
+    sketch_text(sketch, text, sizeof text);
+    struct studio_plan *plan = planned(text, former);
+    same(text, plan);
+    if (former != NULL)
+        same_samples(text, former, plan);
+    return plan;
+}
+
+static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
+{
     static struct sketch sketch;
     uint32_t reused = 0, spans = 0;
 
@@ -241,11 +261,8 @@ static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
         struct studio_plan *plan = NULL;
         sketch_new(&sketch, 0, KEYS);
         for (unsigned i = 0; i < ROUNDS / 4; i++) {
-            sketch_text(&sketch, text, sizeof text);
-            struct studio_plan *next = planned(text, plan);
-            same(text, next);
+            struct studio_plan *next = planned_again(&sketch, plan);
             if (plan != NULL && next->status == STATUS_OK) {
-                same_samples(text, plan, next);
                 reused += next->job.memo->reused;
                 spans += next->job.memo->planned;
             }
@@ -261,7 +278,6 @@ static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
 
 static void a_key_that_moves_costs_the_spans_beside_it(void **state)
 {
-    static char text[16384];
     static struct sketch sketch;
 
     (void)state;
@@ -271,12 +287,10 @@ static void a_key_that_moves_costs_the_spans_beside_it(void **state)
         sketch.key[i].kind = 3;
         sketch.key[i].p = i == 0 ? -400 : i == 1 ? 400 : (int)i;
     }
-    sketch_text(&sketch, text, sizeof text);
-    struct studio_plan *plan = planned(text, NULL);
+    struct studio_plan *plan = planned_sketch(&sketch, NULL);
     assert_int_equal(plan->job.memo->reused, 0);
     sketch.key[7].p = 99;
-    sketch_text(&sketch, text, sizeof text);
-    struct studio_plan *next = planned(text, plan);
+    struct studio_plan *next = planned_sketch(&sketch, plan);
     /* Of y two, of x those between its keys and one before the first.  The
      * handles of both neighbours turn, too. */
     assert_int_equal(next->job.memo->planned, 2 + KEYS - 1 + 1);
@@ -288,7 +302,6 @@ static void a_key_that_moves_costs_the_spans_beside_it(void **state)
 /* Spans are baked to a part of the range, which a key at its end makes larger. */
 static void a_key_that_is_the_highest_costs_no_more(void **state)
 {
-    static char text[16384];
     static struct sketch sketch;
 
     (void)state;
@@ -298,12 +311,9 @@ static void a_key_that_is_the_highest_costs_no_more(void **state)
         sketch.key[i].kind = 3;
         sketch.key[i].p = i == 6 ? 300 : (int)(i * 7 % 40);
     }
-    sketch_text(&sketch, text, sizeof text);
-    struct studio_plan *plan = planned(text, NULL);
+    struct studio_plan *plan = planned_sketch(&sketch, NULL);
     sketch.key[6].p = 310;
-    sketch_text(&sketch, text, sizeof text);
-    struct studio_plan *next = planned(text, plan);
-    same(text, next);
+    struct studio_plan *next = planned_again(&sketch, plan);
     assert_int_equal(next->job.memo->reused, 2 + KEYS - 2);
     studio_plan_delete(next);
     studio_plan_delete(plan);
@@ -312,7 +322,6 @@ static void a_key_that_is_the_highest_costs_no_more(void **state)
 /* Of every kind: random edits of a move, one after the other. */
 static void every_curve_is_planned_again_to_the_bit(void **state)
 {
-    static char text[16384];
     static struct sketch sketch;
 
     (void)state;
@@ -321,12 +330,8 @@ static void every_curve_is_planned_again_to_the_bit(void **state)
         unsigned planned_well = 0;
         sketch_new(&sketch, curve, KEYS);
         for (unsigned i = 0; i < 6; i++) {
-            sketch_text(&sketch, text, sizeof text);
-            struct studio_plan *next = planned(text, plan);
-            same(text, next);
+            struct studio_plan *next = planned_again(&sketch, plan);
             planned_well += next->status == STATUS_OK;
-            if (plan != NULL)
-                same_samples(text, plan, next);
             studio_plan_delete(plan);
             plan = next;
             sketch_change(&sketch);
@@ -339,20 +344,17 @@ static void every_curve_is_planned_again_to_the_bit(void **state)
 
 static void a_key_in_the_middle_changes_what_is_beside_it(void **state)
 {
-    static char text[16384];
     static struct sketch sketch;
     double changed[2];
 
     (void)state;
     sketch_new(&sketch, 15, KEYS); /* quintic */
-    sketch_text(&sketch, text, sizeof text);
-    struct studio_plan *plan = planned(text, NULL);
-    struct studio_plan *same_again = planned(text, plan);
+    struct studio_plan *plan = planned_sketch(&sketch, NULL);
+    struct studio_plan *same_again = planned_sketch(&sketch, plan);
     assert_true(studio_plan_changed(same_again, plan, 1, changed));
     assert_true(changed[0] > changed[1]);
     sketch.key[6].p += 7;
-    sketch_text(&sketch, text, sizeof text);
-    struct studio_plan *next = planned(text, plan);
+    struct studio_plan *next = planned_sketch(&sketch, plan);
     assert_true(studio_plan_changed(next, plan, 0, changed));
     assert_true(changed[0] > changed[1]); /* y is as it was */
     assert_true(studio_plan_changed(next, plan, 1, changed));
@@ -411,16 +413,13 @@ static void a_plan_is_edited_again_and_again(void **state)
 /* How many spans of `count` are taken over once a key in the middle moves. */
 static unsigned left_alone(unsigned curve, unsigned count)
 {
-    static char text[16384];
     static struct sketch sketch;
 
     sketch_new(&sketch, curve, count);
-    sketch_text(&sketch, text, sizeof text);
-    struct studio_plan *plan = planned(text, NULL);
+    struct studio_plan *plan = planned_sketch(&sketch, NULL);
     assert_int_equal(plan->status, STATUS_OK);
     sketch.key[count / 2].p += 7;
-    sketch_text(&sketch, text, sizeof text);
-    struct studio_plan *next = planned(text, plan);
+    struct studio_plan *next = planned_sketch(&sketch, plan);
     const unsigned reused = next->job.memo->reused - 2; /* of y */
     studio_plan_delete(next);
     studio_plan_delete(plan);

@@ -250,6 +250,17 @@ static double independence(const struct motion_arm *arm,
     return least;
 }
 
+/* Where the flange is for those joints, and joints for it, from `start`. */
+static void there_and_back(int round, const struct motion_arm *arm,
+                           const int64_t *joint_q32, struct motion_pose *flange,
+                           const int64_t *start_q32, int64_t *got_q32)
+{
+    assert_int_equal(motion_arm_flange(arm, joint_q32, flange), MOTION_OK);
+    const int err = motion_arm_inverse(arm, flange, start_q32, got_q32);
+    if (err != MOTION_OK)
+        fail_msg("round %d: %s", round, motion_err_text(err));
+}
+
 static void joints_are_found_again(void **state)
 {
     static const struct {
@@ -272,10 +283,7 @@ static void joints_are_found_again(void **state)
             continue; /* another branch is near */
         for (uint32_t i = 0; i < arm.count; i++)
             start_q32[i] = joint_q32[i] + q32_of(uniform(-4, 4));
-        assert_int_equal(motion_arm_flange(&arm, joint_q32, &flange),
-                         MOTION_OK);
-        assert_int_equal(motion_arm_inverse(&arm, &flange, start_q32, got_q32),
-                         MOTION_OK);
+        there_and_back(n, &arm, joint_q32, &flange, start_q32, got_q32);
         for (uint32_t i = 0; i < arm.count; i++) {
             if (!(fabs(from_q32(got_q32[i] - joint_q32[i])) < 2e-8))
                 fail_msg("round %d: joint %u is %.9f, not %.9f", n, i + 1,
@@ -312,11 +320,7 @@ static void poses_of_any_arm_are_met(void **state)
         while (!is_able(&arm));
         random_joints(joint_q32, 170);
         random_joints(start_q32, 170);
-        assert_int_equal(motion_arm_flange(&arm, joint_q32, &flange),
-                         MOTION_OK);
-        int err = motion_arm_inverse(&arm, &flange, start_q32, got_q32);
-        if (err < 0)
-            fail_msg("round %d: %s", n, motion_err_text(err));
+        there_and_back(n, &arm, joint_q32, &flange, start_q32, got_q32);
         assert_meets(&arm, &flange, got_q32);
     }
 }
