@@ -8,14 +8,14 @@
 #
 # Reads the real clock.
 set -eu
+. tests/support/servos.sh
 dir=$(mktemp -d)
-sim=
-trap 'test -z "$sim" || kill "$sim" 2>/dev/null || true; rm -rf "$dir"' EXIT
+trap 'gone; rm -rf "$dir"' EXIT
 
 fail()
 {
     echo "real_modbus.sh: $*"
-    cat "$dir/said" "$dir/report" "$dir/progress" 2>/dev/null
+    cat "$dir/sim.yaml.said" "$dir/report" "$dir/progress" 2>/dev/null
     exit 1
 }
 
@@ -46,25 +46,10 @@ MOVE
 
 sed '/^watchdog:/d' hal/maps/lexium-32.yaml >"$dir/lexium.yaml"
 
-# show SIMULATED-LINE MAP COUNTS: start it; what it says is in $dir/said.
-show()
+show() # show SIMULATED-LINE MAP COUNTS
 {
     rig "$1" "$2" "$3" >"$dir/sim.yaml"
-    "$SLEW" sim "$dir/sim.yaml" >"$dir/said" 2>&1 &
-    sim=$!
-    for _ in $(seq 300); do
-        ! grep -q ' on ' "$dir/said" || return 0
-        kill -0 "$sim" 2>/dev/null || break
-        sleep 0.1
-    done
-    fail "no servos"
-}
-
-hide()
-{
-    kill "$sim"
-    wait "$sim" || true
-    sim=
+    servos "$dir/sim.yaml" || exit 1
 }
 
 # move LINE MAP COUNTS: run on it, and expect it done.
@@ -93,19 +78,19 @@ at()
 
 show "{kind: modbus-rtu, device: /dev/null, baud: 115200, parity: none}" \
     leadshine-el7 10000
-terminal=$(sed -n 's/.* on terminal \([^:]*\):.*/\1/p' "$dir/said")
+terminal=$(terminal_of "$dir/sim.yaml")
 move "{kind: modbus-rtu, device: $terminal, baud: 115200, parity: none, timeout: 2 s}" \
     leadshine-el7 10000
 at "$terminal" 10000 leadshine-el7
-hide
+gone
 echo "RTU, $terminal: done"
 
 show "{kind: modbus-tcp, host: 127.0.0.1, port: $((20000 + $$ % 12000))}" lexium.yaml 16384
-port=$(sed -n 's/.* port \([0-9]*\):.*/\1/p' "$dir/said")
+port=$(port_of "$dir/sim.yaml")
 move "{kind: modbus-tcp, host: 127.0.0.1, port: $port, timeout: 2 s}" \
     lexium.yaml 16384
 at "127.0.0.1:$port" 16384 lexium-32
-hide
+gone
 echo "TCP, port $port: done"
 
 # Nobody there: nothing to enable, and no move.

@@ -10,10 +10,11 @@
 # Reads the real clock.
 set -eu
 ulimit -c 0
-sim= run=
+. tests/support/servos.sh
+run=
 if [ $# -eq 0 ]; then
     dir=$(mktemp -d)
-    trap 'kill -9 $sim 2>/dev/null || true; rm -rf "$dir"' EXIT
+    trap 'gone; rm -rf "$dir"' EXIT
 else
     dir=$DIR port=$PORT
     trap 'kill -9 $run 2>/dev/null || true' EXIT
@@ -22,7 +23,7 @@ fi
 fail()
 {
     echo "real_stop.sh: $*"
-    cat "$dir/said" "$dir/out" "$dir/err" 2>/dev/null
+    cat "$dir/sim.yaml.said" "$dir/out" "$dir/err" 2>/dev/null
     exit 1
 }
 
@@ -62,17 +63,7 @@ comes() # comes TEXT FILE: within half a minute
 show() # show LINE: the servos on it
 {
     rig "$1" >"$dir/sim.yaml"
-    : >"$dir/said"
-    "$SLEW" sim "$dir/sim.yaml" >"$dir/said" 2>&1 &
-    sim=$!
-    comes ' on ' "$dir/said"
-}
-
-hide()
-{
-    kill "$sim"
-    wait "$sim" || true
-    sim=
+    servos "$dir/sim.yaml" || exit 1
 }
 
 # What SRV-ON of the servo is, by its own register: 3 off, 131 on.
@@ -195,7 +186,7 @@ left_on()
     [ "$(servo_on)" = 131 ] || fail "the servo is not on"
     "$SLEW" off --real "$dir/rig.yaml" >"$dir/out" 2>"$dir/err" || fail "off"
     is_off "slew off"
-    hide
+    gone
     status=0
     "$SLEW" off --real --timeout 1s "$dir/rig.yaml" >"$dir/out" \
         2>"$dir/err" || status=$?
@@ -209,7 +200,7 @@ left_on()
 }
 
 show "{kind: modbus-rtu, device: /dev/null, baud: 115200, parity: none}"
-port=$(sed -n 's/.* on terminal \([^:]*\):.*/\1/p' "$dir/said")
+port=$(terminal_of "$dir/sim.yaml")
 rig "{kind: modbus-rtu, device: $port, baud: 115200, parity: none, timeout: 2 s}" \
     >"$dir/rig.yaml"
 "$SLEW" run --real --dry-run "$dir/rig.yaml" "$dir/move.yaml" >"$dir/out" \
@@ -227,7 +218,7 @@ echo "jog: stopped"
 left_on
 
 show "{kind: modbus-tcp, host: 127.0.0.1, port: $((20000 + $$ % 12000))}"
-tcp=$(sed -n 's/.* port \([0-9]*\):.*/\1/p' "$dir/said")
+tcp=$(port_of "$dir/sim.yaml")
 port=127.0.0.1:$tcp
 rig "{kind: modbus-tcp, host: 127.0.0.1, port: $tcp, timeout: 2 s}" \
     >"$dir/rig.yaml"

@@ -13,6 +13,7 @@
 # time-outs and the following error allow for it; a move that failed because the
 # machine was too slow for it is played again, three times at most.
 set -eu
+. tests/support/servos.sh
 
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
@@ -44,25 +45,11 @@ axes:
   tilt: {curve: s-curve, keys: [[0 s, 0 rev], [2 s, 1 rev], [4 s, 1 rev]]}
 MOVE
 
-show() # servos on a terminal
+show() # show SAID: the servos of such a board on $terminal
 {
-    "$SLEW" sim "$dir/rig.yaml" >"$1.sim" 2>&1 &
-    sim=$!
-    for _ in $(seq 300); do
-        terminal=$(sed -n 's/.* on terminal \([^:]*\):.*/\1/p' "$1.sim")
-        [ -z "$terminal" ] || return 0
-        kill -0 "$sim" 2>/dev/null || break
-        sleep 0.1
-    done
-    cat "$1.sim"
-    return 1
-}
-
-hide()
-{
-    [ -z "$sim" ] || kill -KILL "$sim" 2>/dev/null || true
-    wait "$sim" 2>/dev/null || true
-    sim=
+    cp "$dir/rig.yaml" "$1.yaml"
+    servos "$1.yaml" || return 1
+    terminal=$(terminal_of "$1.yaml")
 }
 
 board() # board IMAGE MACHINE SAID: play the move on it, with the servos of $terminal
@@ -84,7 +71,7 @@ at() # at NODE COUNTS: what the servo itself says
 whole() # whole IMAGE MACHINE
 {
     said=$dir/$1
-    trap hide EXIT
+    trap gone EXIT
     for _ in 1 2 3; do
         show "$said" || return 1
         status=0
@@ -97,7 +84,7 @@ whole() # whole IMAGE MACHINE
         fi
         cat "$said.out" "$said.error"
         [ $status != 2 ] || return 1 # not of this machine's making
-        hide
+        gone
     done
     return 1
 }
@@ -105,7 +92,7 @@ whole() # whole IMAGE MACHINE
 silent() # silent IMAGE MACHINE: the servos' line goes silent in the middle
 {
     said=$dir/$1.silent
-    trap hide EXIT
+    trap gone EXIT
     for _ in 1 2 3; do
         show "$said" || return 1
         rm -f "$said.error"
@@ -119,7 +106,7 @@ silent() # silent IMAGE MACHINE: the servos' line goes silent in the middle
         kill -STOP "$sim"
         status=0
         wait $board || status=$?
-        hide
+        gone
         if [ $status = 3 ] && grep -qE 'is fault: (pan|tilt): ' "$said.error"; then
             echo "servos gone silent, $1: $(tail -1 "$said.error")"
             return 0
@@ -139,12 +126,12 @@ jobs=
 for do in "whole mps2_an386 mps2-an386" "whole netduinoplus2 netduinoplus2" \
     "silent mps2_an386 mps2-an386"; do
     # shellcheck disable=SC2086
-    (set -e; $do) >"$dir/$(echo "$do" | tr ' ' -).said" 2>&1 &
+    (set -e; $do) >"$dir/$(echo "$do" | tr ' ' -).job" 2>&1 &
     jobs="$jobs $!"
 done
 bad=0
 for job in $jobs; do
     wait "$job" || bad=1
 done
-cat "$dir"/*.said
+cat "$dir"/*.job
 exit $bad
