@@ -132,7 +132,8 @@ int playback_repeat(struct playback *playback, int64_t times,
                     bool is_ping_pong);
 
 /* As controller_jog, for `for_ns` after the last tick, 1 .. PLAYBACK_JOG_MAX_NS
- * (MOTION_E_ARG; also where its drive samples by itself), however long the way is: a client that is gone has let go. */
+ * (MOTION_E_ARG; also where its drive samples by itself), however far it is: a
+ * client that is gone has let go. */
 int playback_jog(struct playback *playback, unsigned axis, int64_t pos_q32,
                  int64_t vel_q32, int64_t for_ns);
 

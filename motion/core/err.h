@@ -14,7 +14,7 @@
     X(MOTION_E_ORDER, -4, "times do not increase")                             \
     X(MOTION_E_LIMIT, -5, "a limit would be broken")                           \
     X(MOTION_E_STATE, -6, "not possible in the present state")                 \
-    X(MOTION_E_AGAIN, -7, "nothing there yet, ask again later")                \
+    X(MOTION_E_AGAIN, -7, "nothing there yet, try again later")                \
     X(MOTION_E_TIMEOUT, -8, "no answer in time")                               \
     X(MOTION_E_IO, -9, "the bus or device failed")                             \
     X(MOTION_E_PROTOCOL, -10, "the other side broke the protocol")             \

@@ -154,7 +154,7 @@ int motion_track_append_constraints(struct motion_track *track,
  * frac), frac 0..31, and the end position, in which the rounding residue is
  * absorbed by the highest coefficient given.  end_frac is what the end has
  * below 2^-32, as Q0.64; the next segment starts there, as far as its own
- * fraction goes.  For planners that know their polynomial better than its end
+ * fraction goes.  For planners whose polynomial is more exact than its end
  * states. */
 int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
                              int degree, const int64_t coef[], unsigned frac,

@@ -66,7 +66,8 @@ static int move_check_law(const struct move_reader *self,
 
     if ((move_speed_law[law].needs | move_speed_law[law].takes) & what)
         return 0;
-    return yaml_value_refuse(value, "is not used by law %s", move_laws[law]);
+    return yaml_value_refuse(value, "is not used by speed law %s",
+                             move_laws[law]);
 }
 
 static int move_read_law(void *reader, const struct yaml_value *value,
@@ -298,7 +299,7 @@ static int move_read_part(struct move_reader *self,
         return -1;
     lacks = move_lacks(value, move_speed_law[self->part->law].needs);
     if (lacks != NULL)
-        return yaml_value_refuse(value, "has no '%s', which law %s needs",
+        return yaml_value_refuse(value, "has no '%s', which speed law %s needs",
                                  lacks, move_laws[self->part->law]);
     return 0;
 }

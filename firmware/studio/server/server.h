@@ -3,7 +3,7 @@
  * reference.
  *
  * libwebsockets in a thread of its own, which is not real-time.  Of the service
- * it knows the frames that the tick makes, and its socket: every browser is one
+ * it uses the frames that the tick makes, and its socket: every browser is one
  * client of it, as any other program. */
 #ifndef FIRMWARE_STUDIO_SERVER_SERVER_H
 #define FIRMWARE_STUDIO_SERVER_SERVER_H

@@ -352,7 +352,7 @@ const struct command cmd_scan = {
         "on\n"
         "the bus, or ODrives are, it only listens.\n"
         "\n"
-        "Modbus: asks every unit for register 0, then for its identification; "
+        "Modbus: reads register 0 of every unit, then its identification; "
         "at\n"
         "every baud rate and parity that is named.  A unit that is not there\n"
         "costs its time-out and a silence: some 15 s for all at one setting.\n"

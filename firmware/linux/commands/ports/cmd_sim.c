@@ -233,7 +233,7 @@ const struct command cmd_sim = {
         "  ip link add dev vcan0 type vcan; ip link set vcan0 up\n\n"
         "Drives on Modbus RTU stand behind a pseudo-terminal, which is named;\n"
         "those on TCP answer on the port of the rig, for this machine alone\n"
-        "unless --address says otherwise: nothing asks who a master is, so\n"
+        "unless --address says otherwise: masters are not authenticated, so\n"
         "that only a network of your own should see them.\n\n"
         "What goes wrong with them is a fault script (--faults), or typed "
         "while\n"

@@ -391,7 +391,7 @@ static enum status cmd_home_run(const struct options *options)
 static const struct option_row cmd_home_option[] = {
     OPTIONS_DRY_RUN("say what would happen and stop there"),
     OPTIONS_REAL("home the real drives, on the interfaces of the rig"),
-    OPTIONS_YES("do not ask before real drives move"),
+    OPTIONS_YES("do not prompt before real drives move"),
     OPTIONS_PORTS,
     OPTIONS_COMMON,
 };

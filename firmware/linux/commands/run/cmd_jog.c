@@ -289,7 +289,7 @@ static const struct option_row cmd_jog_option[] = {
       "by keys: stop when no key has come for so long (250ms)" },
     OPTIONS_DRY_RUN("say what would happen and stop there"),
     OPTIONS_REAL("move the real drive, on the interfaces of the rig"),
-    OPTIONS_YES("do not ask before a real drive moves"),
+    OPTIONS_YES("do not prompt before a real drive moves"),
     OPTIONS_PORTS,
     OPTIONS_COMMON,
 };

@@ -480,7 +480,7 @@ static const struct option_row cmd_run_option[] = {
     OPTIONS_DRY_RUN("say what would happen, check it (with --real also whether "
                     "drives answer), and stop there"),
     OPTIONS_REAL("move the real drives, on the interfaces of the rig"),
-    OPTIONS_YES("do not ask before real drives move"),
+    OPTIONS_YES("do not prompt before real drives move"),
     OPTIONS_PORTS,
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },

@@ -352,7 +352,7 @@ static const struct option_row cmd_service_option[] = {
     { "sim", NULL, OPTION_FLAG, offsetof(struct options, sim),
       "run: simulated drives, on the clock" },
     OPTIONS_REAL("run: the real drives, on the interfaces of the rig"),
-    OPTIONS_YES("run: do not ask before clients can move real drives"),
+    OPTIONS_YES("run: do not prompt before clients can move real drives"),
     OPTIONS_DRY_RUN("install, remove: print the steps and the files"),
     { "root", "DIRECTORY", OPTION_TEXT, offsetof(struct options, root),
       "install, remove: files there instead of /, and nothing is run" },
@@ -386,10 +386,10 @@ const struct command cmd_service = {
         "is\n"
         "        the same command under a name of its own.  Nothing moves, "
         "and\n"
-        "        no drive gets torque, before a client asks for it; with "
+        "        no drive gets torque, before a client requests it; with "
         "--real "
         "it\n"
-        "        asks first, and without a terminal needs --yes.\n"
+        "        prompts first, and without a terminal needs --yes.\n"
         "status  what the service of the rig is about, and how late its ticks "
         "were\n"
         "send    lines of standard input to the service, its answers to "

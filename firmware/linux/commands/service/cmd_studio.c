@@ -65,7 +65,7 @@ static const struct option_row cmd_studio_option[] = {
     { "no-browser", NULL, OPTION_FLAG, offsetof(struct options, no_browser),
       "do not open it" },
     OPTIONS_REAL("the real drives, on the interfaces of the rig"),
-    OPTIONS_YES("do not ask before the page can move real drives"),
+    OPTIONS_YES("do not prompt before the page can move real drives"),
     OPTIONS_INTERFACE,
     { "cpu", "N", OPTION_COUNT, offsetof(struct options, cpu),
       "the processor of the tick (any)" },
@@ -88,9 +88,9 @@ const struct command cmd_studio = {
         "changes the move file where it stands.  Without a rig it is an "
         "example,\n"
         "kept in ~/.local/share/slew/example.\n\n"
-        "Nothing moves, and no drive gets torque, before the page asks for it; "
+        "Nothing moves, and no drive gets torque, before the page requests it; "
         "with\n"
-        "--real it asks first.  Only a browser on this machine is answered, "
+        "--real it prompts first.  Only a browser on this machine is answered, "
         "unless\n"
         "--address and --token-file say more: whoever has the token moves the "
         "rig.\n",
