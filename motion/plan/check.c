@@ -29,6 +29,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "motion/core/fixed.h"
 
@@ -331,6 +332,28 @@ static void check_border(struct check *check, int64_t t_ns_q12,
         check_step(check, PLAN_ACC_STEP, t_ns_q12, a[1], b[1], acc);
 }
 
+/* The border before a segment, and the segment; `former`, the one before it, is
+ * NULL at the first.  Whether nothing is wrong with them. */
+static bool check_next(struct check *check, const struct motion_segment *former,
+                       struct plan_facts *former_facts,
+                       const struct motion_segment *segment,
+                       struct plan_facts *facts)
+{
+    const uint32_t count = check->count;
+    const struct check_side left =
+        former == NULL ? check_rest
+                       : check_side(check, former, former_facts, true);
+    const struct check_side right = check_side(check, segment, facts, false);
+    bool is_inside;
+
+    check_border(check, segment->start_ns_q12, &left, &right);
+    check_segment(check, segment, facts);
+    is_inside = check->count == count;
+    for (unsigned kind = 0; kind < CHECK_KINDS; kind++)
+        is_inside = is_inside && check->open[kind] == 0;
+    return is_inside;
+}
+
 static int check_by_time(const void *a, const void *b)
 {
     const struct plan_violation *x = a, *y = b;
@@ -348,10 +371,9 @@ uint32_t plan_check_source(const struct motion_track *track,
     struct check check = { .limit = limit,
                            .violation = violation,
                            .capacity = capacity };
-    struct check_side left = check_rest;
     const struct motion_segment *segment = source->next(source->context);
     struct motion_segment former; /* `next` may write over it */
-    struct plan_facts own[2];
+    struct plan_facts own[2], *former_facts = NULL;
 
     check_sampling(&check);
     if (segment == NULL) {
@@ -363,16 +385,24 @@ uint32_t plan_check_source(const struct motion_track *track,
          segment = source->next(source->context), i ^= 1) {
         struct plan_facts *facts =
             source->facts != NULL ? source->facts(source->context) : &own[i];
+        bool *is_inside = source->is_inside != NULL
+                              ? source->is_inside(source->context)
+                              : &(bool){ false };
         if (facts == &own[i])
             plan_facts_of(segment, facts);
-        const struct check_side right =
-            check_side(&check, segment, facts, false);
-        check_border(&check, segment->start_ns_q12, &left, &right);
-        check_segment(&check, segment, facts);
+        if (*is_inside)
+            memset(check.open, 0, sizeof check.open);
+        else
+            *is_inside =
+                check_next(&check, former_facts == NULL ? NULL : &former,
+                           former_facts, segment, facts);
         former = *segment;
-        left = check_side(&check, &former, facts, true);
+        former_facts = facts;
     }
-    check_border(&check, track->end_ns_q12, &left, &check_rest);
+    const struct check_side last =
+        former_facts == NULL ? check_rest
+                             : check_side(&check, &former, former_facts, true);
+    check_border(&check, track->end_ns_q12, &last, &check_rest);
     if (capacity != 0)
         qsort(violation, check.count < capacity ? check.count : capacity,
               sizeof *violation, check_by_time);

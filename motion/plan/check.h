@@ -73,6 +73,10 @@ struct plan_check_source {
     /* Of the segment that came last, where they are there; NULL: they are
      * computed. */
     struct plan_facts *(*facts)(void *context);
+    /* With them, where its verdict stands: true where it and the border before it
+     * are known to keep these limits, so that they are not judged again.  It is
+     * written for those that are. */
+    bool *(*is_inside)(void *context);
 };
 uint32_t plan_check_source(const struct motion_track *track,
                            const struct plan_check_source *source,

@@ -14,6 +14,7 @@
 #include "firmware/host/job/job_goals.h"
 #include "firmware/host/job/job_shape.h"
 #include "firmware/host/track/compiled.h"
+#include "firmware/host/yaml/yaml_again.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -396,7 +397,14 @@ static enum status job_open_compiled(struct job *job, const struct files *files)
 static enum status job_open_move(struct job *job, const struct files *files)
 {
     char message[YAML_MESSAGE_MAX];
-    if (move_load(files, job->move_path, &job->rig, &job->move, message) < 0) {
+    const int err =
+        job->keeps
+            ? move_load_again(
+                  files, job->move_path, &job->rig, &job->move, job->text,
+                  job->former != NULL ? job->former->text : NULL, message)
+            : move_load(files, job->move_path, &job->rig, &job->move, message);
+
+    if (err < 0) {
         messages_add(&job->messages, MESSAGE_ERROR, "%s", message);
         return STATUS_INPUT;
     }
@@ -453,6 +461,7 @@ enum status job_open_again(struct job *job, const struct files *files,
     job->keeps = true;
     job->former = former;
     job->memo = memory_new(1, sizeof *job->memo);
+    job->text = memory_new(1, sizeof *job->text);
     return job_open_zeroed(job, files, rig_path, move_path, false, rig);
 }
 
@@ -461,8 +470,11 @@ void job_free(struct job *job)
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
     for (unsigned i = 0; job->facts != NULL && i < job->planned; i++)
-        memory_free(job->facts[i]);
+        job_facts_free(&job->facts[i]);
     memory_free(job->facts);
+    if (job->text != NULL)
+        yaml_again_free(job->text);
+    memory_free(job->text);
     if (job->memo != NULL)
         plan_memo_free(job->memo);
     memory_free(job->memo);
@@ -581,7 +593,13 @@ static const struct motion_segment *job_walk_next(void *context)
 static struct plan_facts *job_walk_facts(void *context)
 {
     const struct job_walk *walk = context;
-    return &walk->job->facts[walk->axis][walk->next - 1];
+    return walk->job->facts[walk->axis].segment[walk->next - 1].facts;
+}
+
+static bool *job_walk_is_inside(void *context)
+{
+    const struct job_walk *walk = context;
+    return &walk->job->facts[walk->axis].segment[walk->next - 1].is_inside;
 }
 
 static uint32_t job_find(const struct job *job, unsigned i,
@@ -598,7 +616,10 @@ static uint32_t job_find(const struct job *job, unsigned i,
         .compiled = { .compiled = job->compiled, .axis = i },
     };
     const struct plan_check_source source = {
-        job_walk_next, &walk, job->facts != NULL ? job_walk_facts : NULL
+        .next = job_walk_next,
+        .context = &walk,
+        .facts = job->facts != NULL ? job_walk_facts : NULL,
+        .is_inside = job->facts != NULL ? job_walk_is_inside : NULL,
     };
     return plan_check_source(&job->track[i], &source, limit, found, capacity);
 }
@@ -634,58 +655,19 @@ static struct job_violation job_violation_of(const struct job *job, unsigned i,
     return violation;
 }
 
-bool job_same_segment(const struct motion_segment *a,
-                      const struct motion_segment *b)
-{
-    return a->start_ns_q12 == b->start_ns_q12 &&
-           a->dur_ns_q12 == b->dur_ns_q12 && a->pos_q32 == b->pos_q32 &&
-           memcmp(a->coef, b->coef, sizeof a->coef) == 0 &&
-           a->frac == b->frac && a->remainder == b->remainder &&
-           a->degree == b->degree;
-}
-
-/* A page draws extremes. */
-static void job_facts_of(const struct motion_segment *segment,
-                         struct plan_facts *facts)
-{
-    plan_facts_of(segment, facts);
-    plan_facts_exact(segment, facts);
-}
-
-/* Both tracks in the order of time. */
-static struct plan_facts *job_facts(const struct motion_track *track,
-                                    const struct motion_track *former,
-                                    const struct plan_facts *known)
-{
-    struct plan_facts *facts =
-        memory_resize(NULL, (size_t)track->count + 1, sizeof *facts);
-    uint32_t k = 0;
-
-    for (uint32_t i = 0; i < track->count; i++) {
-        const struct motion_segment *segment = &track->segment[i];
-        while (known != NULL && k < former->count &&
-               former->segment[k].start_ns_q12 < segment->start_ns_q12)
-            k++;
-        if (known != NULL && k < former->count &&
-            job_same_segment(segment, &former->segment[k]))
-            facts[i] = known[k];
-        else
-            job_facts_of(segment, &facts[i]);
-    }
-    return facts;
-}
-
 static void job_keep_facts(struct job *job)
 {
     const struct job *former = job->former;
-    job->facts = memory_new((size_t)job->planned + 1, sizeof(void *));
+    job->facts = memory_new((size_t)job->planned + 1, sizeof *job->facts);
     for (unsigned i = 0; i < job->planned; i++) {
         const int k = former == NULL || former->facts == NULL
                           ? -1
                           : job_axis_index(former, job->move.axis[i].name);
-        job->facts[i] = k < 0 ? job_facts(&job->track[i], NULL, NULL)
-                              : job_facts(&job->track[i], &former->track[k],
-                                          former->facts[k]);
+        if (k < 0)
+            job_facts_make(&job->facts[i], &job->track[i], NULL, NULL);
+        else
+            job_facts_make(&job->facts[i], &job->track[i], &former->facts[k],
+                           &former->track[k]);
     }
     job->former = NULL;
 }
@@ -699,6 +681,8 @@ static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
     struct plan_violation *found = memory_new(room, sizeof *found);
     struct plan_limit limit;
     job_fit_limit(job, i, &limit);
+    if (job->facts != NULL)
+        job_facts_judge(&job->facts[i], &limit);
     uint32_t count = job_find(job, i, &limit, found, room, job->progress);
     if (count > room) {
         room = count;

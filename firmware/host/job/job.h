@@ -12,6 +12,7 @@
 #include "firmware/control/goal.h"
 #include "firmware/host/base/messages.h"
 #include "firmware/host/base/status.h"
+#include "firmware/host/job/job_facts.h"
 #include "firmware/host/rig/rig.h"
 #include "motion/plan/check.h"
 #include "motion/plan/compose.h"
@@ -50,6 +51,7 @@ struct job_violation {
 };
 
 struct compiled;
+struct yaml_again;
 
 struct job {
     struct memory_pool memory; /* of the arrays */
@@ -78,11 +80,12 @@ struct job {
     uint32_t violation_count;
     int64_t rate_q30; /* at which job_check judged it */
     /* with job_open_again */
-    bool keeps;                /* what the next plan can take over: */
-    const struct job *former;  /* while it is planned and judged; NULL */
-    struct plan_memo *memo;    /* of spans; on the heap */
-    struct plan_facts **facts; /* of each axis, of each segment; job_check */
-    struct messages messages;  /* for the user */
+    bool keeps;               /* what the next plan can take over: */
+    const struct job *former; /* while it is planned and judged; NULL */
+    struct plan_memo *memo;   /* of spans; on the heap */
+    struct job_facts *facts;  /* of each axis; job_check */
+    struct yaml_again *text;  /* of the move; on the heap */
+    struct messages messages; /* for the user */
 };
 
 /* Read both files and plan every axis; `progress` is told how far that is, and
@@ -138,9 +141,6 @@ bool job_runs_by_drive_profile(const struct job *job, unsigned axis);
 /* An axis of the move whose drive is a board, which samples by itself; NULL:
  * there is none. */
 const char *job_sampled(const struct job *job);
-/* Of tracks of two jobs: do both say the same? */
-bool job_same_segment(const struct motion_segment *a,
-                      const struct motion_segment *b);
 /* Of the move, by name; -1. */
 int job_axis_index(const struct job *job, const char *name);
 /* The largest |value| of a quantity on a track, and when (may be NULL). */

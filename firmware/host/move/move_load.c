@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
+#include "firmware/host/yaml/yaml_again.h"
 #include "firmware/host/yaml/yaml_shapes.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/compose.h"
@@ -221,6 +222,23 @@ static int move_read(const struct yaml_value *value, struct move_reader *reader)
     return move_check_rig(reader, value);
 }
 
+static int move_read_tree(const struct yaml_tree *tree,
+                          struct move_reader *reader)
+{
+    const struct yaml_value whole = { tree, 0, "the move",
+                                      "axes, a path or a blend" };
+
+    /* axes of the rig, each once */
+    if (plan_move_reserve(reader->move, reader->rig->axis_count) < 0)
+        memory_fail();
+    reader->quantity = UNITS_POSITION;
+    const int err = move_read(&whole, reader);
+    memory_pool_free(&reader->memory);
+    if (err < 0)
+        move_free(reader->move);
+    return err;
+}
+
 int move_load_as(const struct files *files, const char *path, bool is_guest,
                  const struct rig *rig, struct plan_move *move,
                  char message[YAML_MESSAGE_MAX])
@@ -230,24 +248,14 @@ int move_load_as(const struct files *files, const char *path, bool is_guest,
                                   .path = path,
                                   .is_guest = is_guest,
                                   .rig = rig,
-                                  .move = move,
-                                  .quantity = UNITS_POSITION };
+                                  .move = move };
     struct yaml_tree tree;
-    int err;
 
     *move = (struct plan_move){ .axis_count = 0 };
     if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
-    /* axes of the rig, each once */
-    if (plan_move_reserve(move, rig->axis_count) < 0)
-        memory_fail();
-    err = move_read(
-        &(struct yaml_value){ &tree, 0, "the move", "axes, a path or a blend" },
-        &reader);
+    const int err = move_read_tree(&tree, &reader);
     yaml_tree_free(&tree);
-    memory_pool_free(&reader.memory);
-    if (err < 0)
-        move_free(move);
     return err;
 }
 
@@ -256,6 +264,22 @@ int move_load(const struct files *files, const char *path,
               char message[YAML_MESSAGE_MAX])
 {
     return move_load_as(files, path, false, rig, move, message);
+}
+
+int move_load_again(const struct files *files, const char *path,
+                    const struct rig *rig, struct plan_move *move,
+                    struct yaml_again *text, const struct yaml_again *former,
+                    char message[YAML_MESSAGE_MAX])
+{
+    const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
+    struct move_reader reader = {
+        .files = files, .path = path, .rig = rig, .move = move
+    };
+
+    *move = (struct plan_move){ .axis_count = 0 };
+    return yaml_again_load(files, text, former, &report) < 0
+               ? -1
+               : move_read_tree(&text->tree, &reader);
 }
 
 void move_free(struct plan_move *move)

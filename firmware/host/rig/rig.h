@@ -348,6 +348,13 @@ void rig_part(struct rig *part, const struct rig *rig, uint32_t bus);
 int move_load(const struct files *files, const char *path,
               const struct rig *rig, struct plan_move *move,
               char message[YAML_MESSAGE_MAX]);
+/* The same for a file that is read again and again: `text` is to be given back by
+ * yaml_again_free, `former` that of the time before (NULL: there was none). */
+struct yaml_again;
+int move_load_again(const struct files *files, const char *path,
+                    const struct rig *rig, struct plan_move *move,
+                    struct yaml_again *text, const struct yaml_again *former,
+                    char message[YAML_MESSAGE_MAX]);
 void move_free(struct plan_move *move);
 
 /* The quirks that a CiA 402 axis's drive may have, by its identity, or the one

@@ -35,9 +35,8 @@ static int tree_grow(void **array, size_t *capacity, size_t wanted, size_t size)
     return 0;
 }
 
-/* The file's length, or -1. */
-static int64_t tree_read_file(const struct files *files,
-                              const struct yaml_report *report, char **data)
+int64_t yaml_tree_read(const struct files *files,
+                       const struct yaml_report *report, char **data)
 {
     const int64_t length =
         files_load(files, report->path, YAML_TREE_BYTES_MAX, data);
@@ -478,6 +477,19 @@ static int tree_build(struct yaml_tree *tree, const char *text, size_t length)
     return result;
 }
 
+int yaml_tree_parse(struct yaml_tree *tree, const struct yaml_report *report,
+                    const char *data, size_t length)
+{
+    const size_t mark = tree_mark_length(data);
+
+    *tree = (struct yaml_tree){ .report = *report };
+    if (yaml_scan(report, data + mark, length - mark) == 0 &&
+        tree_build(tree, data + mark, length - mark) == 0)
+        return 0;
+    yaml_tree_free(tree);
+    return -1;
+}
+
 int yaml_tree_load(const struct files *files, struct yaml_tree *tree,
                    const struct yaml_report *report)
 {
@@ -485,16 +497,10 @@ int yaml_tree_load(const struct files *files, struct yaml_tree *tree,
     int err = -1;
 
     *tree = (struct yaml_tree){ .report = *report };
-    const int64_t length = tree_read_file(files, report, &data);
-    if (length >= 0) {
-        const size_t mark = tree_mark_length(data);
-        err = yaml_scan(report, data + mark, (size_t)length - mark);
-        if (err == 0)
-            err = tree_build(tree, data + mark, (size_t)length - mark);
-    }
+    const int64_t length = yaml_tree_read(files, report, &data);
+    if (length >= 0)
+        err = yaml_tree_parse(tree, report, data, (size_t)length);
     free(data);
-    if (err < 0)
-        yaml_tree_free(tree);
     return err;
 }
 

@@ -45,6 +45,12 @@ struct yaml_tree {
 int yaml_tree_load(const struct files *files, struct yaml_tree *tree,
                    const struct yaml_report *report);
 void yaml_tree_free(struct yaml_tree *tree);
+/* Both halves of it: the file, to be freed, with a 0 after it, whose length is
+ * returned; and what it says.  -1 with the sentence written. */
+int64_t yaml_tree_read(const struct files *files,
+                       const struct yaml_report *report, char **data);
+int yaml_tree_parse(struct yaml_tree *tree, const struct yaml_report *report,
+                    const char *data, size_t length);
 
 static inline struct plan_place yaml_tree_place(const struct yaml_tree *tree,
                                                 uint32_t node)

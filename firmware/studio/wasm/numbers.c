@@ -221,7 +221,7 @@ static void numbers_part(const struct numbers_column *column,
 }
 
 static void numbers_fill(const struct motion_track *track,
-                         const struct plan_facts *facts,
+                         const struct job_facts *facts,
                          struct motion_cursor *cursor,
                          const struct numbers_column *column)
 {
@@ -237,7 +237,7 @@ static void numbers_fill(const struct motion_track *track,
         return;
     for (uint32_t i = numbers_segment(track, column->from);
          i < track->count && track->segment[i].start_ns_q12 <= column->to; i++)
-        numbers_part(column, &track->segment[i], &facts[i]);
+        numbers_part(column, &track->segment[i], facts->segment[i].facts);
 }
 
 STUDIO_EXPORT bool studio_plan_samples(const struct studio_plan *plan,
@@ -251,7 +251,7 @@ STUDIO_EXPORT bool studio_plan_samples(const struct studio_plan *plan,
 
     if (track == NULL || !(to_s >= from_s))
         return false;
-    const struct plan_facts *facts = plan->job.facts[axis];
+    const struct job_facts *facts = &plan->job.facts[axis];
     for (uint32_t i = first; i < first + count; i++) {
         const double part = (to_s - from_s) / columns;
         const struct numbers_column column = {

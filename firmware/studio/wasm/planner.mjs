@@ -104,17 +104,24 @@ class Plan {
   // `former`: { plan, samples } of the same view and of axes of the same names, of which
   // columns that did not change are taken over.
   samples(axis, from, to, columns, former = null) {
+    const part = this.changedSamples(axis, from, to, columns, former?.plan ?? null);
+    if (former === null || part === null) return part?.samples ?? null;
+    const samples = former.samples.slice();
+    samples.set(part.samples, COLUMN * part.first);
+    return samples;
+  }
+
+  // Only the columns that are not as in a former plan (null: all), in one piece:
+  // { first: of them, samples }.
+  changedSamples(axis, from, to, columns, former) {
     const index = this.axis(axis);
-    const [first, end] = former === null ? [0, columns] : this.#changed(former.plan, index, from, to, columns);
-    const part = this.#numbers(COLUMN * (end - first), Float64Array, (at) =>
+    const [first, end] = former === null ? [0, columns] : this.#changed(former, index, from, to, columns);
+    const samples = this.#numbers(COLUMN * (end - first), Float64Array, (at) =>
       this.#planner.wasm.studio_plan_samples(
         this.handle, index, from, to, columns, first, end - first, at,
       ),
     );
-    if (former === null || part === null) return part;
-    const samples = former.samples.slice();
-    samples.set(part, COLUMN * first);
-    return samples;
+    return samples === null ? null : { first, samples };
   }
 
   // As samples, of the curve at an index of report.others.

@@ -319,6 +319,33 @@ static void a_key_that_is_the_highest_costs_no_more(void **state)
     studio_plan_delete(plan);
 }
 
+/* What is known of segments stands in blocks, one of every edit, until there are too
+ * many. */
+static void a_hundred_edits_leave_the_bits_of_a_fresh_plan(void **state)
+{
+    static char text[16384];
+    static struct sketch sketch;
+    struct studio_plan *plan = NULL;
+    uint16_t most = 0;
+
+    (void)state;
+    sketch_new(&sketch, 15, 120); /* quintic */
+    for (unsigned i = 0; i < 100; i++) {
+        sketch_text(&sketch, text, sizeof text);
+        struct studio_plan *next = planned(text, plan);
+        assert_int_equal(next->status, STATUS_OK);
+        same(text, next);
+        if (next->job.facts[1].blocks > most)
+            most = next->job.facts[1].blocks;
+        studio_plan_delete(plan);
+        plan = next;
+        sketch.key[1 + i].p += 50;
+    }
+    assert_in_range(most, 30, 64);
+    assert_true(plan->job.facts[1].blocks < most);
+    studio_plan_delete(plan);
+}
+
 /* Of every kind: random edits of a move, one after the other. */
 static void every_curve_is_planned_again_to_the_bit(void **state)
 {
@@ -455,6 +482,7 @@ int main(void)
         cmocka_unit_test(a_key_that_moves_costs_the_spans_beside_it),
         cmocka_unit_test(a_key_that_is_the_highest_costs_no_more),
         cmocka_unit_test(every_curve_is_planned_again_to_the_bit),
+        cmocka_unit_test(a_hundred_edits_leave_the_bits_of_a_fresh_plan),
         cmocka_unit_test(a_key_in_the_middle_changes_what_is_beside_it),
         cmocka_unit_test(a_rig_is_read_again_once_it_changed),
         cmocka_unit_test(a_plan_is_edited_again_and_again),

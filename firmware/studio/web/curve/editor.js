@@ -22,17 +22,18 @@ class Painter {
     this.live = live;
     this.colours = readColours(canvas);
     this.wanted = null;
+    session.paint = () => this.paint();
   }
 
   want() {
-    this.wanted ??= requestAnimationFrame(() => {
-      this.wanted = null;
-      this.paint();
-    });
+    this.wanted ??= requestAnimationFrame(() => this.paint());
   }
 
+  // At once: a frame that was waited for has nothing more to draw.
   paint() {
     const begin = performance.now();
+    cancelAnimationFrame(this.wanted);
+    this.wanted = null;
     const ratio = devicePixelRatio || 1;
     const { width, height } = this.size;
     const context = this.canvas.getContext("2d");
@@ -91,6 +92,7 @@ class Pointers {
   }
 
   move(event) {
+    const begin = performance.now();
     const point = pointOf(this.canvas, event);
     this.event = event;
     if (!this.down.has(event.pointerId)) return;
@@ -101,7 +103,7 @@ class Pointers {
       if (this.down.size === 2) this.pinch([...this.down.values()]);
       return;
     }
-    this.gesture?.move(point, event);
+    this.gesture?.move(point, event, begin);
   }
 
   end(event) {
@@ -165,6 +167,7 @@ function connect(canvas, session, live, onHelp) {
   return () => {
     stop();
     sizes.disconnect();
+    session.paint = () => {};
   };
 }
 

@@ -1,7 +1,7 @@
 // What a pointer does on the canvas: a mouse, a pen or fingers.
 //
-// One gesture at a time: an object with move(point, event), end(point, event) and
-// cancel(), chosen by what was under the pointer when it went down.  Two fingers
+// One gesture at a time: an object with move(point, event, begin: when it came), end(point,
+// event) and cancel(), chosen by what was under the pointer when it went down.  Two fingers
 // pinch, whatever one of them did before.
 import { isSelected, select } from "../model/keys.js";
 import { roundFor, timeText } from "../model/number.js";
@@ -134,7 +134,7 @@ function draggingKeys(session, scene, start, target, onlyTime) {
       ? mergeByKey(rippleKeys(touched, from, dt, round), moveKeys(picked, 0, dp, round))
       : moveKeys(picked, dt, dp, round);
   return {
-    move(point, event) {
+    move(point, event, begin) {
       last = point;
       const moved = { dx: point.x - start.x, dy: point.y - start.y };
       if (Math.hypot(moved.dx, moved.dy) < stillPixels) return;
@@ -151,7 +151,7 @@ function draggingKeys(session, scene, start, target, onlyTime) {
         text: textOf(session, target, drag, round),
         moved: placesOf(operations),
       };
-      if (operations.length > 0) void session.preview(operations);
+      if (operations.length > 0) void session.preview(operations, begin);
     },
     lock(wanted, event) {
       if (!onlyTime) lock = toggleLock(lock, wanted);
@@ -206,13 +206,14 @@ function draggingHandle(session, scene, start, target) {
   const perSecond = secondsPerPixel(view);
   const perValue = valuePerPixel(view);
   return {
-    move(point, event) {
+    move(point, event, begin) {
       const rate = event.shiftKey ? 0.1 : 1;
       if (Math.hypot(point.x - start.x, point.y - start.y) < stillPixels) return;
       const dt = roundFor(target.handle.dt + (point.x - start.x) * rate * perSecond, perSecond / 4);
       const dp = roundFor(target.handle.dp - (point.y - start.y) * rate * perValue, perValue / 2);
       session.dragged.value = { text: `${target.side} handle: ${dt} s, ${dp}` };
-      void session.preview([dragHandle(target.axis, target.key, target.at, target.side, dt, dp)]);
+      const operation = dragHandle(target.axis, target.key, target.at, target.side, dt, dp);
+      void session.preview([operation], begin);
     },
     end() {
       void session.finishPreview("Move a handle");

@@ -47,20 +47,34 @@ export function sampleRange(samples, order) {
   return low <= high ? [low, high] : null;
 }
 
+// An axis of the session is another object once something of it has changed, so what was
+// found out about it holds.
+function onceOf(find) {
+  const found = new WeakMap();
+  return (axis) => {
+    if (!found.has(axis)) found.set(axis, find(axis));
+    return found.get(axis);
+  };
+}
+
+const sampledRanges = onceOf((axis) =>
+  [0, 1, 2, 3].map((order) => (axis.samples ? sampleRange(axis.samples, order) : null)),
+);
+
 // The span of positions that stands for 0 to 1 in a normalised view: what the
 // move uses, which does not change while one zooms.
-export function positionRange(axis) {
+export const positionRange = onceOf((axis) => {
   let low = Infinity;
   let high = -Infinity;
   for (const key of axis.keys) {
     low = Math.min(low, key.p);
     high = Math.max(high, key.p);
   }
-  const sampled = axis.samples ? sampleRange(axis.samples, 0) : null;
-  if (low > high && sampled !== null) [low, high] = sampled;
+  const sampled = low > high ? sampledRanges(axis)[0] : null;
+  if (sampled !== null) [low, high] = sampled;
   if (low > high) [low, high] = [0, 1];
   return high > low ? [low, high] : withMargin(low, high);
-}
+});
 
 // What an axis shows in a pane: a view of view/scale.js.  Positions by `range` in
 // shares of the axis's own span, or of the span common to all; what has a limit by
@@ -73,7 +87,7 @@ export function viewOf(pane, order, axis, { from, to }, range, common) {
     return { ...base, low: low + range.low * span, high: low + range.high * span };
   }
   const limit = axis.limits[order][1];
-  const sampled = axis.samples ? sampleRange(axis.samples, order) : null;
+  const sampled = sampledRanges(axis)[order];
   const seen = sampled === null ? 0 : Math.max(Math.abs(sampled[0]), Math.abs(sampled[1]));
   // Above twice the limit the line leaves the pane; the mark stays.
   const most = limit > 0 ? Math.min(Math.max(limit * 1.25, seen * 1.05), limit * 2) : seen * 1.15;

@@ -10,26 +10,41 @@ function optional(value) {
   return Number.isNaN(value) ? null : value;
 }
 
-// [{ t, p, v, a, line, column, curve, fixed, left, right, slope }]
-export function readKeys(numbers, words) {
+function readKey(row, words) {
+  return {
+    t: row[0],
+    p: row[1],
+    v: optional(row[2]),
+    a: optional(row[3]),
+    line: row[4],
+    column: row[5],
+    curve: words.curves[row[6]],
+    fixed: row[7],
+    left: handle(row, 8, words.handles),
+    right: handle(row, 11, words.handles),
+    interpolation: words.interpolations[row[14]] ?? null,
+    easing: words.easings[row[15]] ?? null,
+    slope: row[16],
+  };
+}
+
+const rows = new WeakMap(); // the numbers that a key was read from
+
+function isSameRow(a, b) {
+  return a?.length === b.length && a.every((value, i) => Object.is(value, b[i]));
+}
+
+// [{ t, p, v, a, line, column, curve, fixed, left, right, slope }]; a key that is as at its
+// place in `former` is that one.
+export function readKeys(numbers, words, former = []) {
   const keys = [];
   for (let at = 0; at + words.size <= numbers.length; at += words.size) {
     const row = numbers.subarray(at, at + words.size);
-    keys.push({
-      t: row[0],
-      p: row[1],
-      v: optional(row[2]),
-      a: optional(row[3]),
-      line: row[4],
-      column: row[5],
-      curve: words.curves[row[6]],
-      fixed: row[7],
-      left: handle(row, 8, words.handles),
-      right: handle(row, 11, words.handles),
-      interpolation: words.interpolations[row[14]] ?? null,
-      easing: words.easings[row[15]] ?? null,
-      slope: row[16],
-    });
+    const known = former[keys.length];
+    const isKnown = known !== undefined && isSameRow(rows.get(known), row);
+    const key = isKnown ? known : readKey(row, words);
+    if (!isKnown) rows.set(key, row);
+    keys.push(key);
   }
   return keys;
 }

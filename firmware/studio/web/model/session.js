@@ -42,6 +42,7 @@ export class Session {
   #words = null;
   #colours = new Map();
   #preview = null; // edits of the drag that is under way
+  #serial = 0; // of the picture that is shown
 
   constructor(planner) {
     const kept = settings();
@@ -76,8 +77,11 @@ export class Session {
     this.dragged = signal(null); // what the drag under way says of itself
     this.clipboard = null;
     this.scene = null;
-    // ms, of the last steps of drags and drawings; own: of the planner alone
-    this.costs = { plan: [], own: [], draw: [] };
+    // ms, of the last steps of drags and drawings.  step: from the pointer's event to the
+    // end of the drawing and of the panels that show its plan; plan: until the plan is
+    // here, own: of this the planner alone
+    this.costs = { step: [], plan: [], own: [], draw: [] };
+    this.paint = () => {}; // draws at once what an editor shows
     this.undoLabel = signal("");
     this.redoLabel = signal("");
     this.isDirty = computed(() => this.text.value !== this.saved.value);
@@ -111,6 +115,7 @@ export class Session {
 
   // A drawing is done: what was drawn, and the ms it took.
   drawn(scene, ms) {
+    if (this.scene?.axes.length === 0 && scene.axes.length > 0) performance.mark("curves");
     this.scene = scene;
     this.#keepCost("draw", ms);
   }
@@ -211,9 +216,9 @@ export class Session {
     return true;
   }
 
-  async preview(operations) {
+  // `begin`: when the event came that asks for it.
+  async preview(operations, begin = performance.now()) {
     this.#preview = { operations };
-    const begin = performance.now();
     const picture = await this.#planner.askLatest("preview", {
       operations,
       view: this.#samplesView(),
@@ -226,6 +231,9 @@ export class Session {
     this.#keepCost("plan", performance.now() - begin);
     this.#keepCost("own", picture.ms);
     this.#show(picture);
+    this.paint();
+    // After the panels, which are rendered in a task that waits already.
+    queueMicrotask(() => this.#keepCost("step", performance.now() - begin));
   }
 
   async finishPreview(label) {
@@ -341,14 +349,20 @@ export class Session {
     this.otherSamples.value = samples ? { name: this.active.value, samples } : null;
   }
 
-  #show({ report, keys, samples, violations, otherSamples }) {
+  #show({ report, serial, view, keys, samples, violations, otherSamples }) {
     batch(() => {
       this.report.value = report;
       this.isBroken.value = report.status !== "ok";
       if (this.isBroken.value) return;
+      const { from, to } = this.sampled.value;
+      const follows = serial === this.#serial + 1 && view.from === from && view.to === to;
+      const isWhole = samples.every((each) => each.samples.length === 8 * view.columns);
+      this.#serial = serial;
       this.violations.value = readViolations(violations, this.#words);
-      this.sampled.value = { ...this.view.value };
       this.#keepOther(otherSamples);
+      // What was sent before is not here: all of it again.
+      if (!follows && !isWhole) void this.look(this.view.value);
+      else this.sampled.value = { from: view.from, to: view.to };
       this.axes.value = report.axes.map((axis, index) => ({
         ...axis,
         index,
@@ -359,18 +373,30 @@ export class Session {
         ],
         keys: this.#keysOf(axis.name, keys[index]),
         isKeyed: keys[index] !== null,
-        samples: samples[index],
+        samples: this.#samplesOf(axis.name, samples[index], view, follows),
       }));
       if (!this.tracks.value.some((axis) => axis.name === this.active.value))
         this.active.value = this.axes.value[0]?.name ?? null;
     });
   }
 
+  #axisNamed(name) {
+    return this.axes.value.find((axis) => axis.name === name);
+  }
+
   // "same": as they are here.
   #keysOf(name, keys) {
     if (keys === null) return [];
-    if (keys !== "same") return readKeys(keys, this.#words);
-    return this.axes.value.find((axis) => axis.name === name)?.keys ?? [];
+    const former = this.#axisNamed(name)?.keys ?? [];
+    return keys === "same" ? former : readKeys(keys, this.#words, former);
+  }
+
+  // All columns, or those that changed, which are put among the others.
+  #samplesOf(name, { first, samples }, { columns: count }, follows) {
+    if (samples.length === 8 * count) return samples;
+    const own = this.#axisNamed(name)?.samples ?? null;
+    if (follows) own?.set(samples, 8 * first);
+    return own;
   }
 
   #colourOf(name) {

@@ -70,6 +70,8 @@ function pictureOf(plan, view, former) {
   if (report.status !== "ok") return { report, keys: [], samples: [] };
   return {
     report,
+    serial: ++serial,
+    view,
     keys: report.axes.map((axis, index) => keysOf(plan, axis, index, former !== null)),
     violations: plan.violations(),
     samples: report.axes.map((axis, index) => shownOf(plan, view, index, former)),
@@ -77,9 +79,11 @@ function pictureOf(plan, view, former) {
   };
 }
 
-// What an axis showed last: of the next step of a drag only the columns that change are
-// sampled.
-const shown = new Map(); // by name: { plan, view, samples }
+// What of an axis was sent last: of the next step of a drag only the columns that change
+// are sampled and sent.  The page can tell by the serial whether it has what was sent
+// before.
+const shown = new Map(); // by name: { plan, view }
+let serial = 0;
 
 function shownOf(plan, view, index, former) {
   const { name } = plan.report.axes[index];
@@ -88,9 +92,8 @@ function shownOf(plan, view, index, former) {
     former !== null &&
     last?.plan === former &&
     ["from", "to", "columns"].every((each) => last.view[each] === view[each]);
-  const samples = plan.samples(index, view.from, view.to, view.columns, isSame ? last : null);
-  shown.set(name, { plan, view, samples: samples.slice() });
-  return samples;
+  shown.set(name, { plan, view });
+  return plan.changedSamples(index, view.from, view.to, view.columns, isSame ? former : null);
 }
 
 function otherOf(plan, view) {
@@ -263,6 +266,7 @@ const handlers = {
 // They are given away, not copied.
 function buffersOf({ samples, keys, poses, violations, otherSamples }) {
   return [...(samples ?? []), ...(keys ?? []), poses, violations, otherSamples]
+    .map((each) => each?.samples ?? each)
     .filter((each) => each instanceof Float64Array)
     .map((each) => each.buffer);
 }
