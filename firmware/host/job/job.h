@@ -104,6 +104,10 @@ enum status job_open(struct job *job, const struct files *files,
 enum status job_open_again(struct job *job, const struct files *files,
                            const char *rig_path, const char *move_path,
                            const struct job *former, const struct rig *rig);
+/* For a job that others use: once it was judged, what the next plan can take over
+ * is moved into `former`, which is good for nothing else, and is freed by
+ * job_free. */
+void job_part_with(struct job *job, struct job *former);
 /* The compiled move (track_file.h): tracks, events, where it waits.  Errors show
  * in ferror. */
 void job_compile(const struct job *job, FILE *out);

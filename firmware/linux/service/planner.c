@@ -151,7 +151,26 @@ static void planner_motion(struct service_move *move)
     move->motion.shots = job_has_shots(job) ? job->shots : NULL;
 }
 
-static struct service_move *planner_plan(const struct service_planner *planner)
+static void planner_forget(struct service_planner *planner)
+{
+    if (planner->former != NULL)
+        job_free(planner->former);
+    memory_free(planner->former);
+    planner->former = NULL;
+}
+
+/* For the next move. */
+static void planner_remember(struct service_planner *planner,
+                             struct service_move *move)
+{
+    move->planned = move->job.memo->planned;
+    move->reused = move->job.memo->reused;
+    planner_forget(planner);
+    planner->former = memory_new(1, sizeof *planner->former);
+    job_part_with(&move->job, planner->former);
+}
+
+static struct service_move *planner_plan(struct service_planner *planner)
 {
     const struct planner_files files = {
         .files = { planner_open, planner_close, planner_read, planner_size,
@@ -159,12 +178,14 @@ static struct service_move *planner_plan(const struct service_planner *planner)
         .planner = planner,
     };
     struct service_move *move = memory_new(1, sizeof *move);
-    move->status = job_open(&move->job, &files.files, planner->rig_path,
-                            PLANNER_MOVE, false, NULL);
-    if (move->status != STATUS_OK)
+    move->status = job_open_again(&move->job, &files.files, planner->rig_path,
+                                  PLANNER_MOVE, planner->former, NULL);
+    if (move->status != STATUS_OK) {
         planner_refuse(move, move->status);
-    else
+    } else {
         planner_judge(move);
+        planner_remember(planner, move);
+    }
     if (move->status == STATUS_OK)
         planner_motion(move);
     const size_t size = strlen(planner->text) + 1;
@@ -265,6 +286,7 @@ void service_planner_end(struct service_planner *planner)
     pthread_cond_signal(&planner->changed);
     pthread_mutex_unlock(&planner->lock);
     (void)pthread_join(planner->thread, NULL);
+    planner_forget(planner);
     service_move_free(planner->move);
     memory_free(planner->text);
     (void)pthread_cond_destroy(&planner->changed);

@@ -1,6 +1,9 @@
 /* firmware/linux/service/planner.h - reads and plans moves in a thread of its
  * own, one at a time.
  *
+ * Of a move, what did not change since the one before it is taken over from there;
+ * the tracks are the same to the bit.
+ *
  * Neither the tick nor whoever answers the clients waits for it. */
 #ifndef FIRMWARE_LINUX_SERVICE_PLANNER_H
 #define FIRMWARE_LINUX_SERVICE_PLANNER_H
@@ -27,6 +30,7 @@ struct service_move {
     enum status status;               /* OK: it may be played */
     char text[SERVICE_PLAN_TEXT_MAX]; /* why not, a line each */
     char *move_text;                  /* of its file */
+    uint32_t planned, reused;         /* its spans; of the move before it */
     struct service_motion approach;
     struct service_approach *axis; /* of the rig */
     struct memory_pool memory;
@@ -57,6 +61,7 @@ struct service_planner {
     enum service_plan_turn turn;
     char *text; /* of the move, the planner's to free */
     struct service_move *move;
+    struct job *former; /* the thread's own; NULL: none was planned well */
 };
 
 /* 0 or an errno. */
