@@ -375,6 +375,22 @@ static uint32_t edit_child(const struct yaml_value *value, const char *name)
     return child;
 }
 
+/* A number in the unit of the edit, where what it replaces has one. */
+static int edit_replace_number(struct edit *self, const struct move_edit *edit,
+                               const struct yaml_value *value, const char *text)
+{
+    char with_unit[YAML_TEXT_VALUE_MAX];
+
+    if (edit->unit == NULL || !edit_is_number(text) ||
+        yaml_value_node(value)->kind != YAML_TREE_TEXT ||
+        edit_is_number(yaml_tree_text(value->tree, value->node)))
+        return edit_replace(self, value, text);
+    if (snprintf(with_unit, sizeof with_unit, "%s %s", text, edit->unit) >=
+        (int)sizeof with_unit)
+        return yaml_value_refuse(value, "would have too long a value");
+    return edit_replace(self, value, with_unit);
+}
+
 static int edit_set(struct edit *self, const struct move_edit *edit)
 {
     struct yaml_value value = edit_root(self);
@@ -396,7 +412,7 @@ static int edit_set(struct edit *self, const struct move_edit *edit)
                                      "what the edit names" };
     }
     return edit->paths == 0 ? yaml_value_refuse(&value, "is no single value")
-                            : edit_replace(self, &value, text);
+                            : edit_replace_number(self, edit, &value, text);
 }
 
 /* --- the order of keys ------------------------------------------------------- */

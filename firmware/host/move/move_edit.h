@@ -36,7 +36,9 @@ struct move_edit {
      * map with its keys, and their values are in `unit`; NULL: those of the axis.  They
      * are not put in order. */
     const struct plan_axis *curve;
-    const char *unit; /* "%", "deg" or "s" */
+    const char
+        *unit; /* "%", "deg" or "s"; SET: of a number, where the value before
+                         has one; NULL: it stands as it is */
 };
 
 /* The edits in the text of source->path, of which source->was was read; keys of

@@ -161,6 +161,8 @@ static void edit_path(struct edit_reader *reader, const cJSON *operation,
     edit_put(edit, "value",
              value == NULL || cJSON_IsNull(value) ? NULL
                                                   : edit_text(reader, value));
+    edit->unit = cJSON_GetStringValue(
+        cJSON_GetObjectItemCaseSensitive(operation, "unit"));
 }
 
 /* What is no axis, but called as curves beside them are. */

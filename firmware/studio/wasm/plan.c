@@ -212,6 +212,7 @@ STUDIO_EXPORT const char *studio_plan_report(struct studio_plan *plan)
     plan_add_tracks(plan, report);
     plan_add_events(plan, report);
     studio_plan_others(plan, report);
+    studio_plan_points(plan, report);
     plan_add_rig(plan, report);
     plan_add_messages(plan, report);
     plan_add_missing(plan, report);

@@ -108,6 +108,10 @@ bool studio_plan_other_samples(const struct studio_plan *plan, uint32_t index,
                                double from_s, double to_s, uint32_t columns,
                                double *out);
 
+/* --- points.c: points of the path and keys of subjects, as the member "points" --- */
+
+void studio_plan_points(const struct studio_plan *plan, struct cJSON *report);
+
 /* --- way.c --- */
 
 /* From where every axis of the move stands, in its unit, to where it is at a time:

@@ -119,6 +119,21 @@ export function dragHandle(axis, key, at, side, dt, dp) {
   return { ...operation, [other]: { kind, dt: mate.dt, dp: (dp / inside) * mate.dt } };
 }
 
+// A point in space, with other coordinates or, of a subject, at another time: only what
+// changes.
+export function setPoint(point, { at = [], t }) {
+  const set = (path, value, unit) => ({ op: "set", path: [...point.path, ...path], value, unit });
+  const place = point.t === undefined ? [] : ["1"];
+  return [
+    ...(t === undefined || t === point.t ? [] : [set(["0"], t, "s")]),
+    ...at.flatMap((value, i) =>
+      value === undefined || value === point.at[i]
+        ? []
+        : [set([...place, String(i)], value, point.unit)],
+    ),
+  ];
+}
+
 // --- the clipboard: keys with their times from the first of them
 
 export function copyKeys(picked) {

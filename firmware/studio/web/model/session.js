@@ -76,7 +76,8 @@ export class Session {
     this.place = signal(null); // { line, column } that the text goes to
     this.dragged = signal(null); // what the drag under way says of itself
     this.clipboard = null;
-    this.scene = null;
+    this.scene = null; // of the curve editor
+    this.space = null; // the space view, once it was shown
     // ms, of the last steps of drags and drawings.  step: from the pointer's event to the
     // end of the drawing and of the panels that show its plan; plan: until the plan is
     // here, own: of this the planner alone
@@ -99,6 +100,8 @@ export class Session {
         );
     });
     this.tracks = computed(() => [...this.axes.value, ...this.others.value]);
+    this.points = computed(() => this.report.value?.points ?? []); // in space
+    this.point = signal(0); // the index of the one that is edited
     this.duration = computed(() => this.report.value?.end_s ?? 0);
     this.picked = computed(() => selectedKeys(this.tracks.value, this.selection.value));
     this.activeAxis = computed(

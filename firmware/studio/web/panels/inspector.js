@@ -12,7 +12,7 @@ export function typedValue(text) {
   return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(trimmed) ? Number(trimmed) : trimmed;
 }
 
-function Field({ label, unit, value, placeholder, onSet }) {
+export function Field({ label, unit, value, placeholder, onSet }) {
   const [draft, setDraft] = useState(null);
   const shown = draft ?? (value === null ? "" : shortNumber(value, 6));
   const set = () => {

@@ -239,11 +239,13 @@ const handlers = {
     return { samples, error, broken };
   },
 
+  // Of what is dragged, while something is.
   async poses({ from, to, count }) {
-    if (base?.report.status !== "ok") return { poses: null, subject: null };
+    const plan = latest ?? base;
+    if (plan?.report.status !== "ok") return { poses: null, subject: null };
     return {
-      poses: base.poses(from, to, count),
-      subject: base.subject?.(from, to, count),
+      poses: plan.poses(from, to, count),
+      subject: plan.subject(from, to, count),
       size: Planner.POSE,
     };
   },

@@ -37,16 +37,19 @@ export function poseAt(poses, size, index) {
   };
 }
 
-// The box that holds all points of a path, { centre, radius }.
-export function boundsOf(poses, size) {
+// The box that holds all points of a path, and others beside it, { centre, radius }.
+export function boundsOf(poses, size, others = []) {
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];
-  for (let at = 0; at + size <= poses.length; at += size)
+  const take = (point) => {
     for (let i = 0; i < 3; i++) {
-      if (Number.isNaN(poses[at + i])) continue;
-      low[i] = Math.min(low[i], poses[at + i]);
-      high[i] = Math.max(high[i], poses[at + i]);
+      if (Number.isNaN(point[i])) continue;
+      low[i] = Math.min(low[i], point[i]);
+      high[i] = Math.max(high[i], point[i]);
     }
+  };
+  for (let at = 0; at + size <= poses.length; at += size) take(poses.subarray(at, at + 3));
+  others.forEach(take);
   if (!(low[0] <= high[0])) return { centre: [0, 0, 0], radius: 1 };
   const centre = low.map((value, i) => (value + high[i]) / 2);
   const radius = Math.max(0.5, Math.hypot(...low.map((value, i) => high[i] - value)) / 2);

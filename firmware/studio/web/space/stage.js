@@ -104,6 +104,7 @@ export class Stage {
     this.path = new Group();
     this.way = new Group(); // that the machine is about to go
     this.body = new Group(); // of the rig
+    this.points = new Group(); // that can be dragged
     this.lens = new PerspectiveCamera(40, aspect, 0.05, 1000);
     this.lens.matrixAutoUpdate = false;
     // A camera does not see itself.
@@ -116,6 +117,7 @@ export class Stage {
       this.path,
       this.way,
       this.body,
+      this.points,
       this.sight,
       this.focus,
     );
@@ -141,6 +143,22 @@ export class Stage {
       ),
     );
     this.path.traverse((each) => each.layers.set(pictureOnly));
+  }
+
+  // In m; the one at an index is picked.
+  showPoints(points, picked) {
+    for (const each of this.points.children) each.geometry.dispose();
+    this.points.clear();
+    points.forEach(({ kind, at }, i) => {
+      const material = new MeshStandardMaterial({
+        color: this.colours.axes[kind === "path" ? 0 : 2],
+        emissive: i === picked ? this.colours.accent : 0,
+      });
+      const mesh = new Mesh(new SphereGeometry(i === picked ? 0.06 : 0.045, 16, 12), material);
+      mesh.position.set(...at);
+      this.points.add(mesh);
+    });
+    this.points.traverse((each) => each.layers.set(pictureOnly));
   }
 
   // Dashed; [] takes it away.
@@ -205,5 +223,6 @@ export class Stage {
     for (const each of this.path.children) each.geometry.dispose();
     this.path.clear();
     this.showBody([]);
+    this.showPoints([], -1);
   }
 }

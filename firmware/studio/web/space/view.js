@@ -3,6 +3,7 @@ import { OrbitControls, PerspectiveCamera, Vector3, WebGLRenderer } from "../ven
 import { effect, html, useEffect, useRef, useState } from "../vendor/ui.js";
 import { readColours } from "../curve/colours.js";
 import { boundsOf, poseAt } from "./lens.js";
+import { PointDrag, PointFields, placesOf } from "./points.js";
 import { Stage, aspect } from "./stage.js";
 
 const count = 600; // poses along the move
@@ -19,6 +20,7 @@ class SpaceView {
     this.camera = new PerspectiveCamera(45, 1, 0.01, 2000);
     this.camera.up.set(0, 0, 1);
     this.stage.onlooker(this.camera);
+    this.drag = new PointDrag(this); // before the controls, which it keeps from its events
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.want());
     this.poses = null;
@@ -49,6 +51,7 @@ class SpaceView {
       this.#keyTimes().map((t) => this.#pose(t).at),
     );
     if (!this.hasFramed) this.frame();
+    this.showPoints();
     this.show();
   }
 
@@ -102,8 +105,28 @@ class SpaceView {
     this.want();
   }
 
+  // Those that can be dragged.
+  places() {
+    return this.poses ? placesOf(this.session.points.value, this.drag.dragged) : [];
+  }
+
+  showPoints() {
+    const { points, point } = this.session;
+    const picked = points.value[point.value];
+    const places = this.places();
+    this.stage.showPoints(
+      places,
+      places.findIndex((each) => each.point === picked),
+    );
+    this.want();
+  }
+
   frame() {
-    const { centre, radius } = boundsOf(this.poses, this.size);
+    const { centre, radius } = boundsOf(
+      this.poses,
+      this.size,
+      this.places().map((place) => place.at),
+    );
     const target = new Vector3(...centre);
     this.controls.target.copy(target);
     this.camera.position.copy(target).add(new Vector3(2.2, -3, 2).multiplyScalar(radius));
@@ -164,6 +187,7 @@ function connect(canvas, session, machine, onEmpty, view, onRead) {
     return () => {};
   }
   view.current = space;
+  session.space = space;
   const sizes = new ResizeObserver(() => space.fit());
   sizes.observe(canvas);
   const stops = [
@@ -179,6 +203,10 @@ function connect(canvas, session, machine, onEmpty, view, onRead) {
       space.show();
     }),
     effect(() => space.showWay(session.way.value)),
+    effect(() => {
+      void [session.points.value, session.point.value];
+      space.showPoints();
+    }),
   ];
   return () => {
     stops.forEach((stop) => stop());
@@ -209,8 +237,9 @@ export function Space({ session, machine }) {
   const onRead = () => setRead((n) => n + 1);
   useEffect(() => connect(canvas.current, session, machine, setEmpty, view, onRead), [session]);
   return html`<section aria-label="Space" class="space-panel">
-    <canvas ref=${canvas} role="img" aria-label="The camera along its path, and the picture through its lens"></canvas>
+    <canvas ref=${canvas} role="img" tabindex="-1" aria-label="The camera along its path, and the picture through its lens"></canvas>
     ${empty ? html`<p class="quiet">${empty}</p>` : html`<${Figures} session=${session} view=${view} read=${read} />`}
+    <${PointFields} session=${session} />
     <button onClick=${() => view.current?.poses && view.current.frame()}>Show all</button>
   </section>`;
 }

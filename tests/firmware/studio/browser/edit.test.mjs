@@ -372,3 +372,90 @@ on(
     assert.equal(await textOf(page), before);
   },
 );
+
+// Where a point is on the screen, in the space view.
+async function spacePoint(page, index) {
+  await page.waitForFunction(() => (globalThis.studio.session.space?.places().length ?? 0) > 0);
+  await page.waitForTimeout(300);
+  return page.evaluate((at) => {
+    const { space } = globalThis.studio.session;
+    const box = space.canvas.getBoundingClientRect();
+    const { x, y } = space.drag.screenOf(space.places()[at].at);
+    return { x: box.left + x, y: box.top + y };
+  }, index);
+}
+
+const pointOf = (page, index) =>
+  page.evaluate((at) => globalThis.studio.session.points.value[at], index);
+
+on(
+  "points of a path are dragged over the ground and up, typed, and undone",
+  "armrail",
+  async (page) => {
+    const [text, hash] = [await textOf(page), await hashOf(page)];
+    await tab(page, "Space");
+    await drag(page, await spacePoint(page, 1), 12, 5, {
+      hold: async () => {
+        await page.waitForFunction(
+          (was) => globalThis.studio.session.report.value.hash !== was,
+          hash,
+        );
+        await picture(page, "point-dragged");
+      },
+    });
+    const moved = await pointOf(page, 1);
+    assert.notDeepEqual(moved.at.slice(0, 2), [480, -200]);
+    assert.equal(moved.at[2], 500);
+    const after_ = await textOf(page);
+    assert.deepEqual(changedLines(text, after_), [moved.line - 1]);
+    assert.match(after_.split("\n")[moved.line - 1], /^ {4}- \[\d+ mm, -\d+ mm, 500 mm\]$/);
+    assert.notEqual(await hashOf(page), hash);
+
+    await page.keyboard.down("Shift");
+    await drag(page, await spacePoint(page, 1), 0, -6);
+    await page.keyboard.up("Shift");
+    const raised = await pointOf(page, 1);
+    assert.deepEqual(raised.at.slice(0, 2), moved.at.slice(0, 2));
+    assert.ok(raised.at[2] > 500, `${raised.at[2]} mm`);
+
+    const z = page.getByRole("textbox", { name: "Z" });
+    await z.fill("0.51 m");
+    await z.press("Enter");
+    await settle(page);
+    assert.equal((await pointOf(page, 1)).at[2], 510);
+    assert.match((await textOf(page)).split("\n")[moved.line - 1], /, 0\.51 m\]$/);
+    for (let i = 0; i < 3; i++) {
+      await page.getByRole("button", { name: "Undo" }).click();
+      await settle(page);
+    }
+    assert.equal(await textOf(page), text);
+    assert.equal(await hashOf(page), hash);
+  },
+);
+
+on("a key of a subject is chosen, moved in time and place, and called off", "jib", async (page) => {
+  const [text, hash] = [await textOf(page), await hashOf(page)];
+  await tab(page, "Space");
+  await page.getByRole("combobox", { name: "Point" }).selectOption("Subject at 7 s");
+  const time = page.getByRole("textbox", { name: "Time" });
+  await time.fill("6.5");
+  await time.press("Enter");
+  await settle(page);
+  const { line, t } = await pointOf(page, 1);
+  assert.equal(t, 6.5);
+  assert.match(
+    (await textOf(page)).split("\n")[line - 1],
+    /- \[6\.5 s, \[6 m, -0\.5 m, 1\.7 m\]\]/,
+  );
+  const edited = await textOf(page);
+  await drag(page, await spacePoint(page, 1), 25, 3, { hold: () => page.keyboard.press("Escape") });
+  assert.equal(await textOf(page), edited);
+  await drag(page, await spacePoint(page, 1), 25, 3);
+  assert.deepEqual(changedLines(edited, await textOf(page)), [line - 1]);
+  assert.notEqual(await hashOf(page), hash);
+  for (let i = 0; i < 2; i++) {
+    await page.getByRole("button", { name: "Undo" }).click();
+    await settle(page);
+  }
+  assert.equal(await textOf(page), text);
+});

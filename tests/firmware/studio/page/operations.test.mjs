@@ -218,3 +218,23 @@ test("keys are spelled the same on every keyboard", () => {
   assert.equal(actionFor(press("x", { altKey: true })), null);
   assert.equal(actionFor(press("q")), null);
 });
+
+test("of a point in space only what changes is set", () => {
+  const point = { path: ["path", "points", "2"], at: [1, 2, 3], unit: "mm" };
+  assert.deepEqual(operations.setPoint(point, { at: [1, 2.5, 3] }), [
+    { op: "set", path: ["path", "points", "2", "1"], value: 2.5, unit: "mm" },
+  ]);
+  assert.deepEqual(operations.setPoint(point, { at: [undefined, undefined, "4 m"] }), [
+    { op: "set", path: ["path", "points", "2", "2"], value: "4 m", unit: "mm" },
+  ]);
+  assert.deepEqual(operations.setPoint(point, { at: [1, 2, 3] }), []);
+});
+
+test("a key of a subject has a time, and its point beside it", () => {
+  const path = ["camera", "look", "subject", "keys", "1"];
+  const key = { path, t: 7, at: [1, 2, 3], unit: "mm" };
+  assert.deepEqual(operations.setPoint(key, { t: 6, at: [0] }), [
+    { op: "set", path: [...path, "0"], value: 6, unit: "s" },
+    { op: "set", path: [...path, "1", "0"], value: 0, unit: "mm" },
+  ]);
+});
