@@ -76,16 +76,35 @@ static void cmd_plan_row(struct table *table, const struct job *job,
     cmd_plan_peak(table, job, axis, MOTION_JERK);
 }
 
-/* How often it is played, where that is not once. */
-static void cmd_plan_times(const struct plan_move *move)
+/* Does the move end elsewhere than it starts? */
+static bool cmd_plan_ends_elsewhere(const struct job *job)
 {
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        struct motion_cursor cursor = { 0 };
+        struct motion_sample start;
+        motion_track_sample(&job->track[i], &cursor, 0, &start);
+        if (start.pos_q32 != job->track[i].end.pos_q32)
+            return true;
+    }
+    return false;
+}
+
+/* How often it is played, where that is not once. */
+static void cmd_plan_times(const struct job *job)
+{
+    const struct plan_move *move = &job->move;
+
     if (move->times == 0 && !move->is_ping_pong)
         return;
     if (move->times < 0)
         fputs("played until it is stopped", stdout);
     else
         printf("played %d times", move->times);
-    puts(move->is_ping_pong ? ", every second time in reverse" : "");
+    puts(move->is_ping_pong ? ", every second time in reverse"
+         : cmd_plan_ends_elsewhere(job)
+             ? "; it ends elsewhere than it starts: "
+               "the axes go back before each next time"
+             : "");
 }
 
 static void cmd_plan_text(const struct job *job)
@@ -105,7 +124,7 @@ static void cmd_plan_text(const struct job *job)
     for (unsigned i = 0; i < job->rig.bus_count; i++)
         if (!rig_bus_is_can(&job->rig.bus[i]))
             modbus_budget_print(&job->rig, i, stdout);
-    cmd_plan_times(&job->move);
+    cmd_plan_times(job);
     path_report_text(job, stdout);
     job_shape_print(job, stdout);
     job_camera_text(job, stdout);

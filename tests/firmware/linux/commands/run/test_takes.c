@@ -90,6 +90,27 @@ static void a_move_says_how_often_it_is_played(void **state)
     }
 }
 
+static void a_plan_says_where_the_axes_go_between_two_times(void **state)
+{
+    static const char back[] = "the axes go back before each next time";
+
+    (void)state;
+    put_rig("");
+    run_put("move.yaml", "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm]]}}\n"
+                         "loop: 3\n");
+    run("plan", run_path("rig.yaml"), run_path("move.yaml"));
+    run_says(back);
+    run_put("move.yaml", "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm], "
+                         "[2 s, 10 mm]]}}\nloop: 3\n");
+    run("plan", run_path("rig.yaml"), run_path("move.yaml"));
+    run_says("played 3 times");
+    assert_null(strstr(run_slew()->out, back));
+    run_put("move.yaml", "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm]]}}\n"
+                         "ping_pong: true\n");
+    run("plan", run_path("rig.yaml"), run_path("move.yaml"));
+    run_says("played 2 times, every second time in reverse");
+}
+
 static void what_would_not_end_or_is_played_once_is_refused(void **state)
 {
     (void)state;
@@ -136,6 +157,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(takes_are_the_same_to_the_bit),
         cmocka_unit_test(a_move_says_how_often_it_is_played),
+        cmocka_unit_test(a_plan_says_where_the_axes_go_between_two_times),
         cmocka_unit_test(what_would_not_end_or_is_played_once_is_refused),
         cmocka_unit_test(what_a_shaper_costs_is_printed),
     };
