@@ -56,9 +56,11 @@ static const struct fit_scale fit_scale[SIM_MODEL_PARAMETERS] = {
     [SIM_MODEL_VISCOUS] = { false, 0, 1000, 0.02 },
     [SIM_MODEL_BACKLASH] = { false, 0, 1e12, 0.1 },
 };
+static const struct fit_scale fit_scale_velocity_loop = { true, 1, 1000, 0.02 };
 
 struct fit {
     struct sim_model_run run;
+    struct fit_scale scale[SIM_MODEL_PARAMETERS];
     double unit[SIM_MODEL_PARAMETERS]; /* of those that are not logarithms */
     bool loaded;
     double value[SIM_MODEL_PARAMETERS];
@@ -107,7 +109,7 @@ static void fit_keep(struct fit *self, const double value[], double cost)
 static double fit_moved(const struct fit *self, enum sim_model_parameter of,
                         double value, double by)
 {
-    const struct fit_scale *const scale = &fit_scale[of];
+    const struct fit_scale *const scale = &self->scale[of];
     const double to =
         scale->is_log ? value * double_exp(by) : value + by * self->unit[of];
 
@@ -119,10 +121,10 @@ static double fit_step(const struct fit *self, enum sim_model_parameter of,
                        double *moved)
 {
     const double value = self->value[of];
-    double by = fit_scale[of].step;
+    double by = self->scale[of].step;
 
     *moved = fit_moved(self, of, value, by);
-    if (*moved >= fit_scale[of].high) {
+    if (*moved >= self->scale[of].high) {
         by = -by;
         *moved = fit_moved(self, of, value, by);
     }
@@ -202,7 +204,7 @@ static bool fit_solve(const struct fit *self, const struct fit_normal *normal,
         const unsigned of = normal->of[i];
         /* a logarithm by 1 at most: what is far off is not linear */
         const double by =
-            fit_scale[of].is_log ? fmin(fmax(step[i], -1), 1) : step[i];
+            self->scale[of].is_log ? fmin(fmax(step[i], -1), 1) : step[i];
         value[of] = fit_moved(self, of, self->value[of], by);
     }
     return true;
@@ -271,8 +273,9 @@ static double fit_unseen(const struct fit *self, unsigned of)
 {
     const double slope =
         sqrt(fit_dot(self, self->slope[of], self->slope[of]) / self->run.rows);
-    const double all =
-        fit_scale[of].is_log ? slope : slope * self->value[of] / self->unit[of];
+    const double all = self->scale[of].is_log
+                           ? slope
+                           : slope * self->value[of] / self->unit[of];
 
     return fit_rms(self, self->cost) < FIT_DITHER && all < FIT_DITHER
                ? FIT_UNSEEN / slope
@@ -302,7 +305,7 @@ static void fit_judge(struct fit *self, unsigned free)
             solved ? sqrt(variance * row[i]) + fit_unseen(self, of) : INFINITY;
         self->deviation[of] =
             deviation *
-            (fit_scale[of].is_log ? self->value[of] : self->unit[of]);
+            (self->scale[of].is_log ? self->value[of] : self->unit[of]);
     }
 }
 
@@ -584,6 +587,9 @@ int sim_fit(const struct sim_model_run *run, const double before[], bool loaded,
         self.slope[p] = work + (size_t)(3 + p) * run->rows;
         self.unit[p] = 1;
     }
+    memcpy(self.scale, fit_scale, sizeof self.scale);
+    if (run->has_loops)
+        self.scale[SIM_MODEL_LOOP_DAMPING] = fit_scale_velocity_loop;
     self.unit[SIM_MODEL_FRICTION] = acceleration;
     *fit = (struct sim_fit){ .rms_before = 0 };
     const double cost = fit_play(&self, before);

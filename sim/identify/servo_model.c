@@ -10,6 +10,16 @@
 /* For so long a drive has held its axis before. */
 #define MODEL_WARM_NS INT64_C(300000000)
 
+static int model_loops(const struct sim_model_run *run, const double value[],
+                       struct sim_plant *plant)
+{
+    struct sim_loops_config config = run->loops;
+
+    config.position_hz = value[SIM_MODEL_BANDWIDTH];
+    config.velocity_hz = value[SIM_MODEL_LOOP_DAMPING];
+    return sim_plant_set_loops(plant, &config);
+}
+
 static int model_plant(const struct sim_model_run *run, const double value[],
                        struct sim_plant *plant)
 {
@@ -18,8 +28,12 @@ static int model_plant(const struct sim_model_run *run, const double value[],
 
     config.omega_mrad_s = (uint32_t)llround(omega * value[SIM_MODEL_BANDWIDTH]);
     config.zeta_permille =
-        (uint16_t)llround(1000 * value[SIM_MODEL_LOOP_DAMPING]);
-    const int err = sim_plant_init(plant, &config, llround(run->target[0]));
+        run->has_loops
+            ? 1000
+            : (uint16_t)llround(1000 * value[SIM_MODEL_LOOP_DAMPING]);
+    int err = sim_plant_init(plant, &config, llround(run->target[0]));
+    if (err == MOTION_OK && run->has_loops)
+        err = model_loops(run, value, plant);
     return err == MOTION_OK && run->has_winding
                ? sim_plant_set_winding(plant, &run->winding)
                : err;

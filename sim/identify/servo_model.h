@@ -16,7 +16,8 @@
 
 enum sim_model_parameter {
     SIM_MODEL_BANDWIDTH,    /* of the position loop, Hz: 0.1 .. 200 */
-    SIM_MODEL_LOOP_DAMPING, /* 0.1 .. 2 */
+    SIM_MODEL_LOOP_DAMPING, /* 0.1 .. 2; of a cascade its velocity loop, Hz,
+                               and the one above its position loop: loops.h */
     SIM_MODEL_DELAY,        /* periods, 0 .. SIM_MODEL_DELAY_MAX */
     SIM_MODEL_RIGID,        /* so many has a motor alone; the others a load: */
     SIM_MODEL_INERTIA = SIM_MODEL_RIGID, /* load over motor, 0.01 .. 1000 */
@@ -41,6 +42,8 @@ struct sim_model_run {
     struct sim_mechanics_config load; /* what is no parameter: weight, static
                                          friction above Coulomb's, Stribeck's,
                                          transmission, second mass */
+    bool has_loops; /* a cascade, whose current loop and integral are given */
+    struct sim_loops_config loops;
     bool has_winding;
     struct sim_winding_config winding;
 };

@@ -94,6 +94,8 @@ void machine_sim_load_config(const struct rig_axis *axis,
                              struct sim_mechanics_config *config);
 void machine_sim_winding_config(const struct rig_axis *axis,
                                 struct sim_winding_config *config);
+void machine_sim_loops_config(const struct rig_axis *axis,
+                              struct sim_loops_config *config);
 /* Its encoder, and what it turns, at the place where it
  * stays; number: of the axis in its rig; mechanics: NULL without a load.  loads:
  * of all axes of a simulation; *axis is the one that an error is about. */

@@ -96,11 +96,12 @@ static int machine_sim_attach_motor(const struct rig_axis *axis,
                                  : MOTION_OK;
 }
 
-static int machine_sim_attach_loops(const struct rig_axis *axis,
-                                    struct sim_plant *plant)
+void machine_sim_loops_config(const struct rig_axis *axis,
+                              struct sim_loops_config *config)
 {
     const struct rig_sim_loops *const loops = &axis->sim.loops;
-    const struct sim_loops_config config = {
+
+    *config = (struct sim_loops_config){
         .position_hz = loops->position_hz,
         .velocity_hz = loops->velocity_hz,
         .current_hz = loops->current_hz,
@@ -109,8 +110,16 @@ static int machine_sim_attach_loops(const struct rig_axis *axis,
         .velocity_ns = loops->velocity_ns,
         .current_ns = loops->current_ns,
     };
+}
 
-    return loops->given ? sim_plant_set_loops(plant, &config) : MOTION_OK;
+static int machine_sim_attach_loops(const struct rig_axis *axis,
+                                    struct sim_plant *plant)
+{
+    struct sim_loops_config config;
+
+    machine_sim_loops_config(axis, &config);
+    return axis->sim.loops.given ? sim_plant_set_loops(plant, &config)
+                                 : MOTION_OK;
 }
 
 /* Counts, with 24 fraction bits; beyond the motor's range it is as far. */

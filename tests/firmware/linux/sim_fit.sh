@@ -69,3 +69,27 @@ grep -q 'start: 10 deg,.*load: {inertia: .*   # as commissioned' "$dir/fitted.ya
 import json, sys
 boom = json.load(sys.stdin)["axes"][0]
 assert boom["rms_before"] < 1.05 * boom["rms"], boom'
+
+# a cascade: its two outer loops are found; what a recording does not hold is said
+loops() # loops POSITION VELOCITY
+{
+    echo "{start: 10 deg, encoder: {noise: 0.001 deg}, loops: {position: $1, velocity: $2, reset_time: 30 ms}, motor: {stall: 20000 deg/s2, no_load_speed: 900 deg/s}}"
+}
+rig real "$(loops '7 Hz' '45 Hz')"
+rig guess "$(loops '11 Hz' '80 Hz')"
+"$slew" run --record "$dir/loops.mcap" "$dir/real.yaml" "$dir/move.yaml" \
+    >"$dir/said" 2>&1 || { cat "$dir/said"; exit 1; }
+"$slew" sim fit "$dir/guess.yaml" "$dir/loops.mcap" >"$dir/said"
+cat "$dir/said"
+grep -q 'boom: current and reset_time of its loops and its motor are the rig.s' \
+    "$dir/said"
+grep -q 'loops: {position: [67]\.[0-9]* Hz, velocity: 4[0-9.]* Hz, reset_time: 30 ms}, motor' \
+    "$dir/guess.yaml"
+python3 - "$dir/guess.yaml" <<'END'
+import sys, yaml
+
+with open(sys.argv[1]) as file:
+    loops = yaml.safe_load(file)["axes"]["boom"]["sim"]["loops"]
+for name, value in (("position", 7), ("velocity", 45)):
+    assert abs(float(loops[name].split()[0]) / value - 1) < 0.05, loops
+END

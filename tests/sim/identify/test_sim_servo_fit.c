@@ -9,6 +9,7 @@
 
 static double target[ROWS], actual[ROWS], work[SIM_FIT_WORK(ROWS)];
 static uint64_t seed;
+static bool cascade; /* the servo has loops */
 
 /* A quarter turn and back with 65536 counts, accelerations that step. */
 static void move(void)
@@ -42,6 +43,12 @@ static struct sim_model_run run_of(const double value[], bool loaded,
         .rows = ROWS,
         .target = target,
         .actual = actual,
+        .has_loops = cascade,
+        .loops = { .current_hz = 1000,
+                   .reset_s = 0.02,
+                   .position_ns = 1000000,
+                   .velocity_ns = 250000,
+                   .current_ns = 62500 },
         .plant = { .vel_max_counts_s = 100000000,
                    .acc_max_counts_s2 = 1000000000 },
     };
@@ -144,6 +151,33 @@ static void friction_alone_is_found(void **state)
     assert_false(fit.parameter[SIM_MODEL_FREQUENCY].known);
 }
 
+/* A cascade: its two outer loops, from far off. */
+static void the_loops_of_a_cascade_are_found(void **state)
+{
+    const double truth[SIM_MODEL_PARAMETERS] = {
+        [SIM_MODEL_BANDWIDTH] = 7,
+        [SIM_MODEL_LOOP_DAMPING] = 45,
+        [SIM_MODEL_DELAY] = 2.3,
+    };
+    const double before[SIM_MODEL_PARAMETERS] = {
+        [SIM_MODEL_BANDWIDTH] = 12,
+        [SIM_MODEL_LOOP_DAMPING] = 90,
+        [SIM_MODEL_DELAY] = 2,
+    };
+    struct sim_model_run run;
+    struct sim_fit fit;
+    (void)state;
+
+    cascade = true;
+    run = run_of(truth, false, 0.7);
+    assert_int_equal(sim_fit(&run, before, false, NULL, NULL, work, &fit),
+                     MOTION_OK);
+    cascade = false;
+    assert_int_equal(fit.model, SIM_FIT_RIGID);
+    is_near(&fit, SIM_MODEL_BANDWIDTH, 7, 0.2);
+    is_near(&fit, SIM_MODEL_LOOP_DAMPING, 45, 2);
+}
+
 static void what_does_not_move_is_refused(void **state)
 {
     struct sim_fit fit;
@@ -166,6 +200,7 @@ int main(void)
         cmocka_unit_test(a_motor_alone_is_found),
         cmocka_unit_test(a_load_with_backlash_is_found),
         cmocka_unit_test(friction_alone_is_found),
+        cmocka_unit_test(the_loops_of_a_cascade_are_found),
         cmocka_unit_test(what_does_not_move_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

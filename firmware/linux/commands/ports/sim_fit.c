@@ -31,14 +31,20 @@ static bool fit_begin(struct sim_fit_axis *self, struct sim_model_run *run)
         .rows = self->rows,
         .target = self->target,
         .actual = self->actual,
+        .has_loops = sim->loops.given,
         .has_winding = sim->motor.given,
     };
     machine_sim_load_config(self->axis, &run->load);
+    machine_sim_loops_config(self->axis, &run->loops);
     machine_sim_winding_config(self->axis, &run->winding);
     self->loaded = sim->load.given;
     const double was[SIM_MODEL_PARAMETERS] = {
-        [SIM_MODEL_BANDWIDTH] = sim->omega_mrad_s / fit_mrad_per_hz,
-        [SIM_MODEL_LOOP_DAMPING] = fmin(2, 1e-3 * sim->zeta_permille),
+        [SIM_MODEL_BANDWIDTH] = sim->loops.given
+                                    ? sim->loops.position_hz
+                                    : sim->omega_mrad_s / fit_mrad_per_hz,
+        [SIM_MODEL_LOOP_DAMPING] = sim->loops.given
+                                       ? sim->loops.velocity_hz
+                                       : fmin(2, 1e-3 * sim->zeta_permille),
         [SIM_MODEL_DELAY] = SIM_FIT_DELAY,
         [SIM_MODEL_INERTIA] = sim->load.inertia_ratio,
         [SIM_MODEL_FREQUENCY] = sim->load.frequency_hz,

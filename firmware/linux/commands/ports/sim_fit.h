@@ -47,7 +47,8 @@ struct sim_fit_parameter {
     const char *unit;
 };
 #define SIM_FIT_PLAIN 9 /* no unit of the axis */
-extern const struct sim_fit_parameter sim_fit_parameter[SIM_MODEL_PARAMETERS];
+const struct sim_fit_parameter *
+sim_fit_parameter(const struct sim_fit_axis *axis, enum sim_model_parameter of);
 /* Such a value as the rig file has it, "14 Hz" or "20 mm/s2". */
 #define SIM_FIT_VALUE_MAX 48
 void sim_fit_value(char text[SIM_FIT_VALUE_MAX],

@@ -23,13 +23,13 @@ static bool edit_value(const struct sim_fit_axis *self,
                        char text[SIM_FIT_VALUE_MAX])
 {
     const struct sim_fit_value *const value = &self->fit.parameter[of];
-    const bool load = sim_fit_parameter[of].in_load;
+    const struct sim_fit_parameter *const as = sim_fit_parameter(self, of);
+    const bool load = as->in_load;
     /* a load has these two, whether the run shows them or not */
     const bool required = of == SIM_MODEL_INERTIA || of == SIM_MODEL_FREQUENCY;
 
     text[0] = 0;
-    if (sim_fit_parameter[of].word == NULL ||
-        (load && self->fit.model == SIM_FIT_RIGID) ||
+    if (as->word == NULL || (load && self->fit.model == SIM_FIT_RIGID) ||
         (!value->known && !(required && !self->loaded)))
         return false;
     if (value->value > 0 || !load)
@@ -55,8 +55,9 @@ static int edit_fields(struct yaml_text *yaml, const struct sim_fit_axis *self,
     int err = 0;
 
     for (unsigned p = 0; err == 0 && p < SIM_MODEL_PARAMETERS; p++)
-        if (sim_fit_parameter[p].in_load == load && edit_value(self, p, text))
-            err = edit_field(yaml, map, sim_fit_parameter[p].word, text);
+        if (sim_fit_parameter(self, p)->in_load == load &&
+            edit_value(self, p, text))
+            err = edit_field(yaml, map, sim_fit_parameter(self, p)->word, text);
     return err;
 }
 
@@ -69,11 +70,11 @@ static void edit_whole(const struct sim_fit_axis *self, bool load,
 
     map[length++] = '{';
     for (unsigned p = 0; p < SIM_MODEL_PARAMETERS; p++)
-        if (sim_fit_parameter[p].in_load == load && edit_value(self, p, text) &&
-            text[0] != 0)
+        if (sim_fit_parameter(self, p)->in_load == load &&
+            edit_value(self, p, text) && text[0] != 0)
             length += (size_t)snprintf(
                 map + length, YAML_TEXT_VALUE_MAX - length, "%s%s: %s",
-                length > 1 ? ", " : "", sim_fit_parameter[p].word, text);
+                length > 1 ? ", " : "", sim_fit_parameter(self, p)->word, text);
     snprintf(map + length, YAML_TEXT_VALUE_MAX - length, "%s%s}",
              under != NULL ? ", load: " : "", under != NULL ? under : "");
 }
@@ -92,7 +93,9 @@ static int edit_axis(struct yaml_text *yaml, const struct sim_fit_axis *self,
         edit_whole(self, false, has_load ? load : NULL, whole);
         return yaml_edit_add(yaml, &axis, "sim", whole);
     }
-    err = edit_fields(yaml, self, &sim, false);
+    const struct yaml_value loops = edit_under(&sim, "loops");
+    err = edit_fields(yaml, self, self->axis->sim.loops.given ? &loops : &sim,
+                      false);
     if (err < 0 || !has_load)
         return err;
     const struct yaml_value under = edit_under(&sim, "load");

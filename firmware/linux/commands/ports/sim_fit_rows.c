@@ -103,11 +103,11 @@ static const char *fit_rows_other(const struct rig *rig,
     if (rig_axis_is_virtual(axis))
         return "it is virtual";
     if (!rig_bus_is_can(&rig->bus[axis->bus]))
-        return "its drive is on Modbus and has a ramp of its own";
+        return "its drive is on Modbus: the recording holds neither its own "
+               "ramp "
+               "nor when each set point reached it";
     if (axis->point_to_point)
         return "its drive goes by its own profile";
-    if (axis->sim.loops.given)
-        return "its rig gives it loops, whose gains are not fitted";
     if (axis->kind != RIG_CIA402)
         return NULL;
     if (rig_stream(&axis->cia402, NULL) == DRIVE_CIA402_CSV)

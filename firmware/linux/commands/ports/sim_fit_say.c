@@ -15,7 +15,7 @@
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/ports/sim_fit.h"
 
-const struct sim_fit_parameter sim_fit_parameter[SIM_MODEL_PARAMETERS] = {
+static const struct sim_fit_parameter fit_parameter[SIM_MODEL_PARAMETERS] = {
     [SIM_MODEL_BANDWIDTH] = { "bandwidth", "bandwidth_hz", false, SIM_FIT_PLAIN,
                               "Hz" },
     [SIM_MODEL_LOOP_DAMPING] = { "damping", "damping", false, SIM_FIT_PLAIN,
@@ -32,6 +32,37 @@ const struct sim_fit_parameter sim_fit_parameter[SIM_MODEL_PARAMETERS] = {
                             "" },
     [SIM_MODEL_BACKLASH] = { "backlash", "load_backlash", true, 0, NULL },
 };
+/* Of an axis with `loops`, in their map. */
+static const struct sim_fit_parameter fit_loops[SIM_MODEL_DELAY] = {
+    [SIM_MODEL_BANDWIDTH] = { "position", "position_loop_hz", false,
+                              SIM_FIT_PLAIN, "Hz" },
+    [SIM_MODEL_LOOP_DAMPING] = { "velocity", "velocity_loop_hz", false,
+                                 SIM_FIT_PLAIN, "Hz" },
+};
+
+const struct sim_fit_parameter *
+sim_fit_parameter(const struct sim_fit_axis *axis, enum sim_model_parameter of)
+{
+    return axis->axis->sim.loops.given && of < SIM_MODEL_DELAY
+               ? &fit_loops[of]
+               : &fit_parameter[of];
+}
+
+/* What the model takes from the rig, as positions do not tell it. */
+static const char *fit_kept(const struct rig_sim *sim)
+{
+    if (sim->loops.given && sim->motor.given)
+        return "current and reset_time of its loops and its motor are the "
+               "rig's: set points and positions do not hold them";
+    if (sim->loops.given)
+        return "current and reset_time of its loops are the rig's: set points "
+               "and positions do not hold them";
+    return sim->motor.given
+               ? "its motor is the rig's: set points and positions "
+                 "hold neither its heat nor a voltage that does "
+                 "not limit it"
+               : NULL;
+}
 
 static const char *const fit_model_word[] = { "rigid", "stiff", "compliant" };
 static const char *const fit_model_text[] = {
@@ -43,7 +74,7 @@ static const char *const fit_model_text[] = {
 double sim_fit_in_unit(const struct sim_fit_axis *axis,
                        enum sim_model_parameter of, double value)
 {
-    return sim_fit_parameter[of].per == SIM_FIT_PLAIN
+    return sim_fit_parameter(axis, of)->per == SIM_FIT_PLAIN
                ? value
                : value / fabs(axis->factor * 0x1p32);
 }
@@ -70,7 +101,7 @@ void sim_fit_value(char text[SIM_FIT_VALUE_MAX],
                    const struct sim_fit_axis *axis, enum sim_model_parameter of,
                    double value)
 {
-    const struct sim_fit_parameter *const as = &sim_fit_parameter[of];
+    const struct sim_fit_parameter *const as = sim_fit_parameter(axis, of);
     char unit[NUMBER_UNIT_MAX];
 
     fit_digits(text, sim_fit_in_unit(axis, of, value));
@@ -95,9 +126,12 @@ static void fit_row(const struct sim_fit_axis *self, unsigned p,
     char text[SIM_FIT_VALUE_MAX];
 
     table_cell(table, "%s", p == SIM_MODEL_BANDWIDTH ? self->axis->name : "");
-    table_cell(table, "%s%s", sim_fit_parameter[p].in_load ? "load " : "",
-               p == SIM_MODEL_DELAY ? "delay, periods"
-                                    : sim_fit_parameter[p].word);
+    const struct sim_fit_parameter *const as = sim_fit_parameter(self, p);
+    table_cell(table, "%s%s",
+               as->in_load                                          ? "load "
+               : self->axis->sim.loops.given && p < SIM_MODEL_DELAY ? "loop "
+                                                                    : "",
+               p == SIM_MODEL_DELAY ? "delay, periods" : as->word);
     sim_fit_value(text, self, p, self->was[p]);
     table_cell(table, "%s", was ? text : "-");
     sim_fit_value(text, self, p, value->value);
@@ -118,6 +152,16 @@ static void fit_axis_line(const struct sim_fit_axis *self)
            self->axis->name, fit_model_text[self->fit.model],
            1e-9 * (double)self->period_ns * self->rows, self->fit.rms / unit,
            units_axis_text(self->axis->unit), self->fit.rms_before / unit);
+}
+
+static void fit_print_kept(const struct sim_fit_all *all)
+{
+    for (uint32_t i = 0; i < all->rig.axis_count; i++) {
+        const struct sim_fit_axis *const self = &all->axis[i];
+        const char *const kept = fit_kept(&self->axis->sim);
+        if (self->fit.plays > 0 && kept != NULL)
+            printf("%s: %s\n", self->axis->name, kept);
+    }
 }
 
 static void fit_left_out(const struct sim_fit_all *all)
@@ -146,6 +190,7 @@ void sim_fit_print(const struct sim_fit_all *all)
     for (uint32_t i = 0; i < all->rig.axis_count; i++)
         if (all->axis[i].fit.plays > 0)
             fit_axis_line(&all->axis[i]);
+    fit_print_kept(all);
     fit_left_out(all);
     putchar('\n');
     table_init(&table, ARRAY_LEN(head), head);
@@ -178,6 +223,8 @@ static cJSON *fit_json_axis(const struct sim_fit_axis *self)
     cJSON_AddNumberToObject(item, "rows", self->rows);
     cJSON_AddNumberToObject(item, "rms_before", self->fit.rms_before / unit);
     cJSON_AddNumberToObject(item, "rms", self->fit.rms / unit);
+    if (fit_kept(&self->axis->sim) != NULL)
+        cJSON_AddStringToObject(item, "kept", fit_kept(&self->axis->sim));
     cJSON_AddItemToObject(item, "parameters", list);
     for (unsigned p = 0; p < SIM_MODEL_PARAMETERS; p++) {
         const struct sim_fit_value *const value = &self->fit.parameter[p];
@@ -194,7 +241,7 @@ static cJSON *fit_json_axis(const struct sim_fit_axis *self)
         cJSON_AddNumberToObject(row, "deviation",
                                 sim_fit_in_unit(self, p, value->deviation));
         cJSON_AddBoolToObject(row, "known", value->known);
-        cJSON_AddItemToObject(list, sim_fit_parameter[p].json, row);
+        cJSON_AddItemToObject(list, sim_fit_parameter(self, p)->json, row);
     }
     return item;
 }
