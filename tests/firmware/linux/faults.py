@@ -233,12 +233,13 @@ ROWS = [
 # What needs more than a simulated bus.
 ELSEWHERE = [
     ("TX queue full", "canopen: three_refused_cycles_in_a_row_are_a_fault"),
-    ("Modbus exception", "drive_modbus: single_bad_answers_do_not_stop_a_move"),
-    ("loop overrun", "player: a_long_pause_is_named_as_what_it_was"),
+    ("Modbus exception", "drive_modbus: an_exception_latches"),
+    ("loop overrun", "controller: ten_lost_in_a_row_or_one_in_ten_stop"),
     ("crash, kill -9, hang", "real_stop.sh; vm/can.sh"),
     ("power loss in log; disk full", "output; squeeze"),
     ("bad move file", "wrong"),
     ("hostile client; two clients", "service"),
+    ("camera trigger", "trigger: a_dead_line_is_counted_and_stops_nothing"),
     ("homing lost", "homing: a_drive_that_was_lost_is_unhomed"),
     ("internal check failed",
      "controller: the_gate_stops_what_planning_should_have"),
