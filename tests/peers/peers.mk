@@ -5,6 +5,8 @@
 
 PEERS       := $(B)/peers
 PEER_CHECKS := $(sort $(wildcard tests/peers/peer_*))
+# What of ours they talk to.
+PEER_PROGRAMS := $(patsubst tests/peers/%.c,$(PEERS)/%,$(wildcard tests/peers/*.c))
 # Without the real clock: these two run beside each other, the others alone.
 PEER_BESIDE := $(filter tests/peers/peer_canopen.sh tests/peers/peer_otg.py,\
                  $(PEER_CHECKS))
@@ -15,7 +17,7 @@ $(PEERS)/venv/done: tests/peers/requirements.txt
 	$(Q)$(PEERS)/venv/bin/pip -q --disable-pip-version-check install -r $<
 	$(Q)touch $@
 
-$(PEERS)/master $(PEERS)/moteus $(PEERS)/tools: $(PEERS)/%: $(B)/tests/peers/%.o \
+$(PEER_PROGRAMS): $(PEERS)/%: $(B)/tests/peers/%.o \
                                  $(LIBS)
 	$(call say,link,$@)
 	$(Q)mkdir -p $(@D)
@@ -34,8 +36,8 @@ peers-physics: $(VECTORS)
 	@$(VECTORS) $(PEERS)/physics.json
 
 .PHONY: test-peers
-## python-canopen, moteus, pymodbus, mbpoll, tshark, Ruckig, mcap, FMPy, zsh against ours
-test-peers: build $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
+## other people's masters, drives, readers and simulators against ours
+test-peers: build $(SLEW) $(PEER_PROGRAMS) \
     $(PEERS)/venv/done
 	@bad=0; one() { \
 	    echo "$$(basename $$1):"; \

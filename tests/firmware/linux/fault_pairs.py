@@ -4,8 +4,8 @@
     tests/firmware/linux/fault_pairs.py build/slew COUNT [FIRST]
 
 COUNT random pairs (pair n comes from n alone, so FIRST=n COUNT=1 is that pair
-again) on four CiA 402 axes with e-stop and limit switches, on an ODrive and a
-moteus, or with a Modbus servo on a serial line or on TCP, in virtual time on all
+again) on four CiA 402 axes with e-stop and limit switches, on the two
+drives of examples/odrive, or with a Modbus servo on a serial line or on TCP, in virtual time on all
 cores.  In every tick of every run:
 
   - a set point is within the range of its axis, its step within the highest

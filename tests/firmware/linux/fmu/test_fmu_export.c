@@ -98,7 +98,7 @@ static void unpack_resources(void)
     zip_discard(zip);
 }
 
-/* An ODrive's list of endpoints, a moteus, quirk files: all of it is found again,
+/* An ODrive's list of endpoints, a bus with FD, quirk files: all of it is found again,
  * from a directory where none of it is. */
 static void a_rig_is_read_back_from_the_unit_alone(void **state)
 {
