@@ -189,6 +189,8 @@ int modbus_libmodbus_open(struct modbus_libmodbus *self,
     err = modbus_libmodbus_check(self);
     if (err < 0)
         return err;
+    if (config->takes_over && modbus_libmodbus_is_rtu(self))
+        self->hurried = MODBUS_LIBMODBUS_HURRIED;
     self->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (self->wake < 0)
         return MOTION_E_IO;

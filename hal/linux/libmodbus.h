@@ -9,7 +9,15 @@
  * No answer is taken for another request's: every answer is checked in full
  * (unit, function, length, echo, CRC or transaction number), RTU is drained
  * after a failure (see hal/modbus/master.h), TCP is connected anew.  libmodbus
- * does none of this, and its own error recovery may block for ever: it is off. */
+ * does none of this, and its own error recovery may block for ever: it is off.
+ *
+ * RTU, takes_over.  Half a request may be in the device, and the answer to a whole
+ * one may still come, so the first requests may fail, and must not cost the time that
+ * a failure costs otherwise: drives have torque meanwhile.  The line is silent for
+ * 20 ms, longer than adapters keep bytes, before the first one; this one and the next two wait for
+ * 100 ms at most, and what they leave is drained for 20 ms.  The first good answer
+ * ends that; if others failed before it, it may have been theirs, and the line is
+ * silent for timeout_ns before what comes next. */
 #ifndef HAL_LINUX_LIBMODBUS_H
 #define HAL_LINUX_LIBMODBUS_H
 
@@ -46,6 +54,7 @@ struct modbus_libmodbus {
     int64_t free_ns, retry_ns;
     uint16_t transaction; /* TCP */
     bool was_up;
+    unsigned hurried; /* requests that may still fail while it takes over */
 };
 
 /* Starts the thread, which connects by itself: whether it could is not waited

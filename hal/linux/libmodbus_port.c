@@ -20,6 +20,10 @@
 #define NS_PER_S    INT64_C(1000000000)
 #define DRAIN_TIMES 20 /* a line that is never silent */
 
+/* While a line is taken over. */
+#define HURRIED_SILENT_NS  (20 * MS)
+#define HURRIED_TIMEOUT_NS (100 * MS)
+
 static int64_t modbus_libmodbus_now_ns(void)
 {
     struct timespec now;
@@ -104,6 +108,28 @@ static void modbus_libmodbus_drain(struct modbus_libmodbus *self,
     self->free_ns = modbus_libmodbus_now_ns();
 }
 
+static int64_t modbus_libmodbus_hurry(const struct modbus_libmodbus *self,
+                                      int64_t dur_ns, int64_t hurried_ns)
+{
+    return self->hurried > 0 && hurried_ns < dur_ns ? hurried_ns : dur_ns;
+}
+
+/* After a transaction.  The first good answer is followed by silence where it may
+ * belong to a request that failed before. */
+static void modbus_libmodbus_hurried(struct modbus_libmodbus *self,
+                                     bool is_good)
+{
+    if (self->hurried == 0)
+        return;
+    if (!is_good) {
+        self->hurried--;
+        return;
+    }
+    if (self->hurried < MODBUS_LIBMODBUS_HURRIED)
+        modbus_libmodbus_drain(self, self->config.timeout_ns);
+    self->hurried = 0;
+}
+
 static void modbus_libmodbus_connected(struct modbus_libmodbus *self)
 {
     if (self->was_up)
@@ -111,7 +137,8 @@ static void modbus_libmodbus_connected(struct modbus_libmodbus *self)
     self->was_up = true;
     if (modbus_libmodbus_is_rtu(self)) {
         (void)ioctl(modbus_get_socket(self->context), TIOCEXCL);
-        modbus_libmodbus_drain(self, self->time.gap_ns);
+        modbus_libmodbus_drain(self, self->hurried > 0 ? HURRIED_SILENT_NS
+                                                       : self->time.gap_ns);
     }
     atomic_store(&self->up, true);
 }
@@ -249,7 +276,9 @@ static void modbus_libmodbus_receive(struct modbus_libmodbus *self,
 static void modbus_libmodbus_patience(struct modbus_libmodbus *self,
                                       unsigned length)
 {
-    int64_t wait_us = self->config.timeout_ns / 1000;
+    int64_t wait_us = modbus_libmodbus_hurry(self, self->config.timeout_ns,
+                                             HURRIED_TIMEOUT_NS) /
+                      1000;
 
     if (modbus_libmodbus_is_rtu(self))
         wait_us +=
@@ -301,7 +330,9 @@ static void modbus_libmodbus_clear(struct modbus_libmodbus *self)
         waiting <= 0)
         return;
     if (modbus_libmodbus_is_rtu(self)) {
-        modbus_libmodbus_drain(self, self->config.drain_ns);
+        modbus_libmodbus_drain(
+            self, modbus_libmodbus_hurry(self, self->config.drain_ns,
+                                         HURRIED_SILENT_NS));
         return;
     }
     atomic_fetch_add(&self->stray, (uint64_t)waiting);
@@ -312,10 +343,17 @@ static void modbus_libmodbus_clear(struct modbus_libmodbus *self)
  * still to come. */
 void modbus_libmodbus_recover(struct modbus_libmodbus *self, int err)
 {
-    if (err == MOTION_OK || err == MOTION_E_REFUSED || self->context == NULL)
+    const bool is_good = err == MOTION_OK || err == MOTION_E_REFUSED;
+    const int64_t drain_ns =
+        modbus_libmodbus_hurry(self, self->config.drain_ns, HURRIED_SILENT_NS);
+
+    if (self->context == NULL)
+        return;
+    modbus_libmodbus_hurried(self, is_good);
+    if (is_good)
         return;
     if (modbus_libmodbus_is_rtu(self) && err != MOTION_E_IO) {
-        modbus_libmodbus_drain(self, self->config.drain_ns);
+        modbus_libmodbus_drain(self, drain_ns);
         return;
     }
     if (err == MOTION_E_IO)

@@ -6,6 +6,7 @@
 #include "hal/linux/libmodbus.h"
 
 #define MODBUS_LIBMODBUS_RETRY_NS INT64_C(200000000)
+#define MODBUS_LIBMODBUS_HURRIED  3 /* requests of a line that is taken over */
 
 bool modbus_libmodbus_is_rtu(const struct modbus_libmodbus *self);
 /* Open and connect, unless done or tried a moment ago. */

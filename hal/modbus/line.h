@@ -33,6 +33,9 @@ struct modbus_line_config {
                              most 100 ms */
     char host[MODBUS_LINE_TEXT_MAX]; /* name or address */
     uint16_t port;
+    bool
+        takes_over; /* from a process that may have been killed in the middle of
+                        a transaction; hal/linux/libmodbus.h */
     int64_t timeout_ns;   /* end of request to whole answer, beyond its time on
                            the wire; 1 ms .. 10 s; 0: 50 ms */
     int64_t drain_ns;     /* as hal/modbus/master.h; 0: twice timeout_ns */

@@ -100,6 +100,62 @@ static void no_bad_answer_is_believed_on_a_terminal(void **state)
     assert_true(wrong >= 45); /* a frame twice begins with a good one */
 }
 
+/* An answer is late by more than the first time-out, but not by the line's: it is
+ * taken for that of the second request, which is the same one, and never for that
+ * of the third.  That the first one cost little is judged by a time-out that is no
+ * pause of the machine. */
+static void a_line_that_is_taken_over_costs_no_time_out(void **state)
+{
+    const int64_t long_ns = 3000 * MS;
+    const struct modbus_line_config config = { .line = line,
+                                               .timeout_ns = long_ns,
+                                               .drain_ns = long_ns,
+                                               .takes_over = true };
+    struct hal_modbus_reply first, second, third;
+
+    (void)state;
+    libmodbus_bench_pty(&bench, config, RESPONSE_NS);
+    bench.faulty.from.late_ns = 200 * MS;
+    bench.faulty.from.fault = SIM_MODBUS_LATE;
+    first = libmodbus_bench_read(&bench, 3);
+    assert_int_equal(first.err, MOTION_E_TIMEOUT);
+    assert_true(first.done_ns - first.sent_ns < long_ns);
+    bench.faulty.from.fault = SIM_MODBUS_GOOD;
+    do
+        second = libmodbus_bench_read(&bench, 3);
+    while (second.err != MOTION_OK);
+    assert_int_equal(second.value[0], bench.bank.reg[3]);
+    assert_true(second.sent_ns - first.done_ns < long_ns);
+    third = libmodbus_bench_read(&bench, 4);
+    assert_int_equal(third.err, MOTION_OK);
+    assert_int_equal(third.value[0], bench.bank.reg[4]);
+    assert_true(third.sent_ns - second.done_ns >= long_ns);
+    libmodbus_bench_end(&bench);
+}
+
+/* Without a failure it is a line as any other from the first answer on. */
+static void a_line_that_was_left_silent_is_taken_over_at_once(void **state)
+{
+    const int64_t long_ns = 3000 * MS;
+    const struct modbus_line_config config = { .line = line,
+                                               .timeout_ns = long_ns,
+                                               .drain_ns = long_ns,
+                                               .takes_over = true };
+    struct hal_modbus_reply first, second;
+
+    (void)state;
+    libmodbus_bench_pty(&bench, config, RESPONSE_NS);
+    first = libmodbus_bench_read(&bench, 3);
+    assert_int_equal(first.err, MOTION_OK);
+    bench.faulty.from.late_ns = 200 * MS;
+    bench.faulty.from.fault = SIM_MODBUS_LATE;
+    second = libmodbus_bench_read(&bench, 4);
+    assert_int_equal(second.err, MOTION_OK);
+    assert_int_equal(second.value[0], bench.bank.reg[4]);
+    assert_true(second.sent_ns - first.done_ns < long_ns);
+    libmodbus_bench_end(&bench);
+}
+
 /* How often this thread went to sleep by itself: not how often, nor for how
  * long, it was not run. */
 static long sleeps(void)
@@ -357,6 +413,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_bad_answer_is_believed_on_a_terminal),
+        cmocka_unit_test(a_line_that_is_taken_over_costs_no_time_out),
+        cmocka_unit_test(a_line_that_was_left_silent_is_taken_over_at_once),
         cmocka_unit_test(the_tick_is_never_blocked),
         cmocka_unit_test(a_server_that_went_away_is_found_again),
         cmocka_unit_test(an_echo_is_no_answer_on_a_terminal),
