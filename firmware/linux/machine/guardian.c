@@ -98,7 +98,8 @@ static void guardian_take_off(const struct rig *rig, const char *why, pid_t pid)
     struct off_axis *axis = memory_new(rig->axis_count, sizeof *axis);
     const struct off_config config = { .real = true,
                                        .open_ns = GUARDIAN_OPEN_NS,
-                                       .timeout_ns = GUARDIAN_OFF_NS };
+                                       .timeout_ns = GUARDIAN_OFF_NS,
+                                       .takes_over = true };
     fprintf(stderr, "\nslew, process %ld: %s; taking torque off\n", (long)pid,
             why);
     (void)off_all(rig, &config, axis, NULL);

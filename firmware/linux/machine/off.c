@@ -26,9 +26,11 @@ struct off_bus {
     char message[YAML_MESSAGE_MAX]; /* why it is not open */
 };
 
-static void off_part(struct off_bus *bus, const struct rig *rig, unsigned which)
+static void off_part(struct off_bus *bus, const struct rig *rig, unsigned which,
+                     bool takes_over)
 {
     rig_part(&bus->rig, rig, which);
+    bus->rig.bus[0].modbus.takes_over = takes_over;
     bus->phase = bus->rig.axis_count > 0 ? OFF_CLOSED : OFF_OVER;
 }
 
@@ -149,7 +151,7 @@ bool off_all(const struct rig *rig, const struct off_config *config,
     struct off_bus *bus = memory_new(rig->bus_count, sizeof *bus);
     bool all = true;
     for (unsigned i = 0; i < rig->bus_count; i++)
-        off_part(&bus[i], rig, i);
+        off_part(&bus[i], rig, i, config->takes_over);
     off_run(bus, rig->bus_count, config, interrupts);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         off_answer(&bus[i], rig, i, axis);

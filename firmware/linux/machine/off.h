@@ -19,6 +19,9 @@ struct off_config {
     bool real;          /* else the rig's drives, simulated */
     int64_t open_ns;    /* ports that are taken are tried so long */
     int64_t timeout_ns; /* from there */
+    /* from a process that may have been killed within a transaction: a stop is
+     * said before anything is asked (hal/modbus/line.h) */
+    bool takes_over;
 };
 
 #define OFF_TEXT_MAX YAML_MESSAGE_MAX

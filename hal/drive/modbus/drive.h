@@ -127,6 +127,9 @@ struct drive_modbus_parameter {
 struct drive_modbus_config {
     const struct modbus_map *map; /* outlives the drive */
     uint8_t unit;                 /* 1..247; 255 on TCP */
+    /* from a process that may have been killed: it was this drive that it moved, and
+     * `disable` is the first thing that it hears */
+    bool takes_over;
     /* one unit = counts_num / counts_den counts; num != 0 (negative: reversed),
      * den > 0 */
     int64_t counts_num, counts_den;

@@ -215,5 +215,7 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     self->node.ops = &drive_modbus_node_ops;
     self->node.unit = config->unit;
     drive_modbus_start(self);
+    if (config->takes_over)
+        drive_modbus_take_over(self);
     return modbus_bus_add(bus, &self->node);
 }

@@ -20,6 +20,8 @@ void drive_modbus_walk(struct drive_modbus *self);
 void drive_modbus_pursue(struct drive_modbus *self);
 /* Look for the drive from the beginning. */
 void drive_modbus_start(struct drive_modbus *self);
+/* After that, and before anything was said. */
+void drive_modbus_take_over(struct drive_modbus *self);
 /* fault_text begins anew; more may be put to what is returned. */
 struct hal_text drive_modbus_say(struct drive_modbus *self, const char *words);
 /* The alarm as polled, if there is one. */

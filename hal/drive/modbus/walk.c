@@ -127,6 +127,12 @@ void drive_modbus_start(struct drive_modbus *self)
     self->fault_text[0] = '\0';
 }
 
+void drive_modbus_take_over(struct drive_modbus *self)
+{
+    self->identified = true;
+    self->start_at = DRIVE_MODBUS_STARTS - 1;
+}
+
 void drive_modbus_pursue(struct drive_modbus *self)
 {
     static const struct {

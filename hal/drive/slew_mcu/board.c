@@ -10,8 +10,11 @@
 #define BOARD_RETRY_NS   INT64_C(1000000000)
 #define BOARD_SECOND     UINT64_C(1000000000)
 #define BOARD_AXIS_SHIFT 4 /* a cookie is a job, and what it is about */
+/* By two numbers, of which one at least is not that of its last command. */
+#define BOARD_BLIND 2
 
 enum board_job {
+    BOARD_JOB_BLIND,
     BOARD_JOB_IDENTITY,
     BOARD_JOB_STATE,
     BOARD_JOB_AXIS,
@@ -246,6 +249,13 @@ static enum board_job board_request(struct drive_slew_mcu_board *board,
                                     struct hal_modbus_request *request,
                                     uint16_t *about)
 {
+    if (board->blind > 0) {
+        const struct drive_slew_mcu_command stop = {
+            .command = MCU_COMMAND_STOP, .sequence = (uint16_t)board->blind
+        };
+        board_write_command(&stop, request);
+        return BOARD_JOB_BLIND;
+    }
     if (!board->is_known) {
         board_read(request, 0, MCU_IDENTITY_WORDS);
         return BOARD_JOB_IDENTITY;
@@ -482,6 +492,9 @@ static bool board_failed(struct drive_slew_mcu_board *board,
         return false;
     }
     board->failures++;
+    if (board->blind > 0 && board->failures < BOARD_FAILURES)
+        return true;
+    board->blind = 0;
     if (board->phase == DRIVE_SLEW_MCU_FIND) {
         board->retry_ns = board->now_ns + BOARD_RETRY_NS;
         board_say(board, "does not answer", "");
@@ -498,6 +511,9 @@ static void board_answer(struct drive_slew_mcu_board *board, enum board_job job,
     const uint16_t command = board->command.command;
 
     switch (job) {
+    case BOARD_JOB_BLIND:
+        board->blind--;
+        return;
     case BOARD_JOB_IDENTITY:
     case BOARD_JOB_STATE:
     case BOARD_JOB_AXIS:
@@ -572,10 +588,12 @@ static const struct modbus_node_ops board_ops = {
     .down = board_down,
 };
 
-void drive_slew_mcu_board_init(struct drive_slew_mcu_board *board, uint8_t unit)
+void drive_slew_mcu_board_init(struct drive_slew_mcu_board *board, uint8_t unit,
+                               bool takes_over)
 {
     *board = (struct drive_slew_mcu_board){
         .node = { .ops = &board_ops, .unit = unit },
+        .blind = takes_over ? BOARD_BLIND : 0,
     };
     drive_slew_mcu_find(board);
 }

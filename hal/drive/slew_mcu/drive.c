@@ -201,7 +201,7 @@ int drive_slew_mcu_init(struct drive_slew_mcu *self, struct modbus_bus *bus,
         return MOTION_E_ARG;
     board = first != NULL ? first->board : &self->own;
     if (first == NULL) {
-        drive_slew_mcu_board_init(board, config->unit);
+        drive_slew_mcu_board_init(board, config->unit, config->takes_over);
         err = modbus_bus_add(bus, &board->node);
     }
     if (err < 0)

@@ -13,6 +13,7 @@ static int modbus_init(struct machine *machine, unsigned i)
     struct drive_modbus_config config;
 
     modbus_stream_config(rig, i, &config);
+    config.takes_over = rig->bus[bus].modbus.takes_over;
     struct drive_modbus *drive = machine->drive[i];
     machine->axis[i] = &drive->drive;
     return drive_modbus_init(drive, &machine->modbus[bus], &config);

@@ -17,6 +17,21 @@ static double units(int64_t q32)
     return (double)q32 / 4294967296.0;
 }
 
+/* Who moved it is gone, and what it still asked for has been answered. */
+static void take_over(void)
+{
+    struct drive_modbus_config config = bench.drive.config;
+    struct hal_modbus_reply reply;
+
+    sim_world_run(&bench.world, bench.world.now_ns + 200 * MS);
+    while (hal_modbus_collect(&bench.master.modbus, &reply) == 1)
+        ;
+    bench.streams = false;
+    config.takes_over = true;
+    assert_int_equal(modbus_bus_init(&bench.bus, &bench.master.modbus, 2), 0);
+    assert_int_equal(drive_modbus_init(&bench.drive, &bench.bus, &config), 0);
+}
+
 /* From rest to rest by `displacement` units in `dur` s: a quintic. */
 static void quintic(double from, double displacement, double dur, double t,
                     struct hal_drive_target *target)
@@ -44,6 +59,35 @@ static void every_map_starts_enables_and_lets_go(void **state)
         assert_true(bench.servo.enabled);
         assert_true(fabs(units(bench.feedback.pos_q32) - 1.2345) < 1e-6);
         hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+        modbus_bench_until(&bench, HAL_DRIVE_OFF);
+        assert_false(bench.servo.enabled);
+    }
+}
+
+/* Nothing has been read then, not even who it is. */
+static void every_map_that_is_taken_over_is_disabled_first(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        struct hal_modbus_request first = { .unit = BENCH_UNIT };
+        struct hal_modbus_request want = first;
+        const struct modbus_map_step *step;
+        struct modbus_node *node = &bench.drive.node;
+        uint16_t cookie;
+
+        modbus_bench_load(&bench, maps[i]);
+        modbus_bench_init(&bench);
+        modbus_bench_enable(&bench);
+        take_over();
+        node->ops->step(node, bench.world.now_ns);
+        assert_true(
+            node->ops->next_request(node, bench.world.now_ns, &first, &cookie));
+        step = bench.map.sequence[MODBUS_SEQUENCE_disable].step;
+        modbus_map_put_write(&bench.map.item[step->item], step->value, &want);
+        assert_int_equal(first.function, want.function);
+        assert_int_equal(first.address, want.address);
+        assert_int_equal(first.value[0], want.value[0]);
+        take_over();
         modbus_bench_until(&bench, HAL_DRIVE_OFF);
         assert_false(bench.servo.enabled);
     }
@@ -499,6 +543,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_map_starts_enables_and_lets_go),
+        cmocka_unit_test(every_map_that_is_taken_over_is_disabled_first),
         cmocka_unit_test(every_map_follows_a_streamed_move),
         cmocka_unit_test(every_map_goes_point_to_point),
         cmocka_unit_test(a_halt_ends_a_go_and_the_next_one_starts),

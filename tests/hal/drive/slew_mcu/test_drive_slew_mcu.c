@@ -394,7 +394,80 @@ static void a_line_that_is_cut_stops_everything(void **state)
     assert_true(comes(CONTROLLER_READY, 5000));
 }
 
-/* One board is reset by its watchdog: it is lost, the others stop. */
+/* Who moved them is gone, and what it still asked for has been answered. */
+static void take_over(void)
+{
+    struct hal_modbus_reply reply;
+
+    bench->now_ns += 100 * MS;
+    sim_world_run(&bench->world, bench->now_ns);
+    while (hal_modbus_collect(&bench->master.modbus, &reply) == 1)
+        ;
+    assert_int_equal(modbus_bus_init(&bench->bus, &bench->master.modbus, 2),
+                     MOTION_OK);
+    for (unsigned i = 0; i < AXES - 1; i++) {
+        struct drive_slew_mcu_config own = drive_config(i);
+        own.takes_over = true;
+        assert_int_equal(drive_slew_mcu_init(&bench->drive[i], &bench->bus,
+                                             i == 1 ? &bench->drive[0] : NULL,
+                                             &own),
+                         MOTION_OK);
+    }
+}
+
+/* Another tick of the line alone. */
+static void look_on(void)
+{
+    bench->now_ns += MS;
+    sim_world_run(&bench->world, bench->now_ns);
+    (void)hal_fieldbus_begin(&bench->bus.fieldbus, bench->now_ns);
+    hal_fieldbus_end(&bench->bus.fieldbus, bench->now_ns);
+}
+
+/* The number of the command may be that of the one before: it stops nevertheless.
+ * Nothing has been read of the board then. */
+static void a_board_that_is_taken_over_stops_first(void **state)
+{
+    const struct mcu_unit *unit;
+
+    (void)state;
+    for (uint16_t last = 1; last <= 3; last++) {
+        set_up();
+        get_ready();
+        make_move(60, 200);
+        assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                         MOTION_OK);
+        assert_true(comes(CONTROLLER_MOVING, 5000));
+        unit = &bench->board[0].unit;
+        bench->board[0].registers.sequence = last;
+        take_over();
+        assert_true(mcu_unit_is_moving(unit));
+        while (unit->controller.state == CONTROLLER_MOVING)
+            look_on();
+        assert_false(bench->drive[0].own.is_known);
+        for (unsigned i = 0; i < 3000; i++)
+            look_on();
+        assert_int_equal(unit->controller.state, CONTROLLER_OFF);
+    }
+}
+
+/* It hears nothing: after three times it is looked for as ever. */
+static void a_board_that_is_not_there_is_not_told_for_ever(void **state)
+{
+    (void)state;
+    set_up();
+    bench->line.cut = true;
+    take_over();
+    for (unsigned i = 0; i < 3000; i++)
+        look_on();
+    assert_int_equal(bench->drive[0].own.blind, 0);
+    assert_int_equal(bench->drive[0].own.phase, DRIVE_SLEW_MCU_FIND);
+    bench->line.cut = false;
+    for (unsigned i = 0; i < 3000; i++)
+        look_on();
+    assert_true(bench->drive[0].own.is_known);
+}
+
 static void a_board_in_fault_stops_the_group(void **state)
 {
     (void)state;
@@ -422,6 +495,7 @@ static void a_board_in_fault_stops_the_group(void **state)
     assert_true(boards_stand());
 }
 
+/* One board is reset by its watchdog: it is lost, the others stop. */
 static void a_board_that_is_reset_is_lost(void **state)
 {
     (void)state;
@@ -496,6 +570,8 @@ int main(void)
         cmocka_unit_test(a_stop_before_the_start_begins_nothing),
         cmocka_unit_test(a_line_that_is_cut_stops_everything),
         cmocka_unit_test(a_board_in_fault_stops_the_group),
+        cmocka_unit_test(a_board_that_is_taken_over_stops_first),
+        cmocka_unit_test(a_board_that_is_not_there_is_not_told_for_ever),
         cmocka_unit_test(a_board_that_is_reset_is_lost),
         cmocka_unit_test(a_bad_line_changes_no_set_point),
     };
