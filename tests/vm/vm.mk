@@ -2,14 +2,14 @@
 
 # Machines side by side, as one counts instructions and runs on one processor:
 # each with scripts of tests/vm, one after the other, SCRIPT-OPTION+SCRIPT.
-VM_CHECKS := lines can lines-gpiod2 turn+gpio
+VM_CHECKS := lines can lines-gpiod2 turn+gpio+clock
 # What of ours they need.
 VM_NEED   := $(SLEW) $(call named,conform_can) $(call named,can_socketcan) \
              $(call named,conform_gpio) $(B)/gpiod2/test_conform_gpio \
              $(B)/gpiod2/slew
 
 .PHONY: test-vm
-## CAN and GPIO as they really are: a kernel in QEMU, drives on can0 (3 min)
+## CAN, GPIO and a clock that is set, as they really are: a kernel in QEMU (4 min)
 test-vm: $(VM_NEED)
 	@tests/vm/boot.sh
 	@$(MAKE) --no-print-directory --output-sync=target $(ALL_CPUS) \

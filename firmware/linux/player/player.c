@@ -275,7 +275,7 @@ static int64_t player_due_ns(struct player *player)
     }
     if (player->start.line == NULL)
         return run_start_due_ns(&player->start, player->machine->ports.clock,
-                                ready_ns, period_ns);
+                                player->now_ns, ready_ns, period_ns);
     return player->now_ns < ready_ns
                ? RUN_START_NEVER
                : run_start_edge_ns(&player->start, player->now_ns,
@@ -287,7 +287,9 @@ static void player_refuse_start(struct player *player)
 {
     snprintf(player->observer.report->fault_text,
              sizeof player->observer.report->fault_text, "%s",
-             player->start.late
+             player->start.passed
+                 ? "the wall clock was set past the time of the start"
+             : player->start.late
                  ? "the axes were not ready at the time of the start"
                  : "the line that starts the move cannot be read");
     player_finish(player, REPORT_FAULT);
@@ -296,7 +298,7 @@ static void player_refuse_start(struct player *player)
 static int player_rest(struct player *player)
 {
     const int64_t start_ns = player_due_ns(player);
-    if (player->start.late || player->start.failed) {
+    if (player->start.late || player->start.passed || player->start.failed) {
         player_refuse_start(player);
         return MOTION_OK;
     }
@@ -642,8 +644,9 @@ static void *player_look_on(void *context)
         if (thread->player->observer.keys != NULL)
             run_keys_poll(thread->player->observer.keys);
         if (thread->player->config.follow != NULL)
-            run_follow_poll(thread->player->config.follow,
-                            &thread->player->observer.keys->mailbox);
+            (void)run_follow_poll(thread->player->config.follow,
+                                  &thread->player->observer.keys->mailbox);
+        run_start_say(&thread->player->start);
         player_say_waiting(thread->player);
         nanosleep(&pause, NULL);
     }

@@ -38,8 +38,9 @@ static void a_tick_falls_on_the_start(void **state)
             run_start_align_ns(&start, clock, now_ns, period_ns);
         assert_in_range(first_ns, now_ns - period_ns, now_ns);
         assert_int_equal((start.due_ns - first_ns) % period_ns, 0);
-        assert_int_equal(run_start_due_ns(&start, clock, 0, period_ns),
-                         start.due_ns);
+        assert_int_equal(
+            run_start_due_ns(&start, clock, first_ns, 0, period_ns),
+            start.due_ns);
         assert_false(start.late);
     }
 }
@@ -60,12 +61,36 @@ static void a_clock_that_is_set_moves_the_start(void **state)
         const int64_t before_ns = start.due_ns;
         start.wall_ns += set_ns;
         const int64_t due_ns =
-            run_start_due_ns(&start, clock, first_ns, PERIOD);
+            run_start_due_ns(&start, clock, first_ns, first_ns, PERIOD);
         assert_in_range(due_ns - before_ns - set_ns + SECOND, SECOND - PERIOD,
                         SECOND + PERIOD);
         assert_int_equal((due_ns - first_ns) % PERIOD, 0);
         assert_int_equal(start.late, due_ns < first_ns);
+        assert_int_equal(start.passed, due_ns < first_ns);
+        assert_in_range(atomic_load(&start.set_ns) + set_ns + SECOND,
+                        SECOND - PERIOD, SECOND + PERIOD);
     }
+}
+
+/* The axes have been ready for long when it is set past the start: what is over is
+ * not begun. */
+static void a_clock_that_is_set_past_the_start_begins_nothing(void **state)
+{
+    struct clock_linux own;
+    struct hal_clock *clock = clock_linux_init(&own);
+    struct run_start start = { .wall_ns = wall_ns() + 10 * SECOND };
+    (void)state;
+    const int64_t first_ns =
+        run_start_align_ns(&start, clock, hal_clock_now_ns(clock), PERIOD);
+    start.wall_ns -= 9 * SECOND;
+    (void)run_start_due_ns(&start, clock, first_ns, first_ns - 60 * SECOND,
+                           PERIOD);
+    assert_false(start.passed);
+    start.wall_ns -= 2 * SECOND;
+    (void)run_start_due_ns(&start, clock, first_ns, first_ns - 60 * SECOND,
+                           PERIOD);
+    assert_false(start.late);
+    assert_true(start.passed);
 }
 
 static void without_a_time_it_is_at_once(void **state)
@@ -75,7 +100,7 @@ static void without_a_time_it_is_at_once(void **state)
     struct run_start start = { .wall_ns = 0 };
     (void)state;
     assert_int_equal(run_start_align_ns(&start, clock, 12345, PERIOD), 12345);
-    assert_int_equal(run_start_due_ns(&start, clock, 77, PERIOD), 77);
+    assert_int_equal(run_start_due_ns(&start, clock, 70, 77, PERIOD), 77);
     assert_false(start.late);
 }
 
@@ -235,6 +260,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_tick_falls_on_the_start),
         cmocka_unit_test(a_clock_that_is_set_moves_the_start),
+        cmocka_unit_test(a_clock_that_is_set_past_the_start_begins_nothing),
         cmocka_unit_test(without_a_time_it_is_at_once),
         RUN(a_move_starts_at_its_time),
         RUN(axes_that_are_not_ready_are_not_moved),
