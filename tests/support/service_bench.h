@@ -85,6 +85,7 @@ static inline void service_bench_unmake(struct service_bench *self)
     service_move_free(control->old_move);
     control->move = control->old_move = NULL;
     service_cam_free(control);
+    service_follow_free(control);
     service_loop_free(&self->loop);
     machine_free(&self->machine);
     machine_sim_free(&self->sim);

@@ -85,8 +85,11 @@ static void player_observe(void *context, struct telemetry_row *row)
     if (observer->keys != NULL)
         run_keys_take(observer->keys, row);
     if (player->config.follow != NULL)
-        run_follow_take(player->config.follow, row,
-                        player->start_ns + row->t_ns);
+        run_follow_take(player->config.follow,
+                        row->phase == TELEMETRY_MOVE &&
+                            row->state == CONTROLLER_MOVING &&
+                            row->rate.rate_q30 > 0,
+                        row->rate.s_ns_q12, player->start_ns + row->t_ns);
 }
 
 /* The figures of the report, from every tick: rows may be lost on the way to a

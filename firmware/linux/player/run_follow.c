@@ -12,7 +12,6 @@
 
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/timecode.h"
-#include "firmware/linux/base/error.h"
 #include "firmware/linux/player/run_start.h"
 #include "motion/core/fixed.h"
 
@@ -174,22 +173,44 @@ static void *follow_read(void *context)
 
 /* --- up and down --- */
 
+const char *run_follow_clock(struct run_follow_config *config,
+                             const struct rig *rig, bool is_real,
+                             const char *text)
+{
+    config->kind = RUN_FOLLOW_LINE;
+    config->path = NULL;
+    config->line = -1;
+    if (strncmp(text, "ltc:", 4) == 0 || strncmp(text, "mtc:", 4) == 0) {
+        config->kind = text[0] == 'l' ? RUN_FOLLOW_LTC : RUN_FOLLOW_MTC;
+        config->path = text + 4;
+        return NULL;
+    }
+    for (uint32_t i = 0; i < rig->line_count; i++)
+        if (rig->line[i].kind == RIG_LINE_FRAME &&
+            strcmp(rig->line[i].name, text) == 0)
+            config->line = (int)i;
+    if (config->line < 0)
+        return "is no clock, expected ltc:FILE, mtc:FILE, or the name of a "
+               "line "
+               "of this rig of kind frame";
+    return !is_real && rig->line[config->line].sim_every_ns == 0
+               ? "is a simulated line without pulses, expected sim: TIME in "
+                 "the "
+                 "rig, or --real"
+               : NULL;
+}
+
 static int follow_open(struct run_follow *self)
 {
-    const char *path = self->config.path;
-    self->file = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-    if (self->file < 0) {
-        (void)error_file(path, strerror(errno));
-        return -1;
-    }
+    self->file = open(self->config.path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (self->file < 0)
+        return errno;
     if (self->config.kind == RUN_FOLLOW_LTC)
         self->ltc = ltc_decoder_create(
             RUN_FOLLOW_SAMPLES / (int)follow_whole_fps(self), FOLLOW_QUEUE);
     const int err = pthread_create(&self->thread, NULL, follow_read, self);
     self->runs = err == 0;
-    if (err != 0)
-        error_say("slew run: no thread to read %s in: %s", path, strerror(err));
-    return err == 0 ? 0 : -1;
+    return err;
 }
 
 int run_follow_begin(struct run_follow *self,
@@ -206,10 +227,10 @@ int run_follow_begin(struct run_follow *self,
                 RUN_FOLLOW_SPAN_Q30);
     self->zero_ns = follow_frame_ns(self, config->zero_frame, 1);
     (void)pthread_mutex_init(&self->lock, NULL);
-    if (config->path == NULL || follow_open(self) == 0)
-        return 0;
-    run_follow_end(self);
-    return -1;
+    const int err = config->path == NULL ? 0 : follow_open(self);
+    if (err != 0)
+        run_follow_end(self);
+    return err;
 }
 
 void run_follow_end(struct run_follow *self)
@@ -292,37 +313,39 @@ static void follow_pulses(struct run_follow *self)
     }
 }
 
-void run_follow_take(struct run_follow *self, const struct telemetry_row *row,
+void run_follow_take(struct run_follow *self, bool is_moving, int64_t s_ns_q12,
                      int64_t now_ns)
 {
-    const bool moving = row->phase == TELEMETRY_MOVE &&
-                        row->state == CONTROLLER_MOVING &&
-                        row->rate.rate_q30 > 0;
-    if (moving && !self->is_moving)
+    if (is_moving && !self->is_moving)
         self->moving_ns = now_ns;
-    self->is_moving = moving;
-    self->s_ns = row->rate.s_ns_q12 / MOTION_FIXED_NS_Q12;
+    self->is_moving = is_moving;
+    self->s_ns = s_ns_q12 / MOTION_FIXED_NS_Q12;
     self->t_ns = now_ns;
 }
 
-static void follow_say(const char *sentence)
+static void follow_say(const struct run_follow *self, const char *sentence)
 {
-    fprintf(stderr, "\r\033[K%s\n", sentence);
+    if (self->config.say != NULL)
+        self->config.say(self->config.context, sentence);
+    else
+        fprintf(stderr, "\r\033[K%s\n", sentence);
 }
 
 /* What is not steered any more is held: it would go on by itself. */
-static void follow_hold(struct run_follow *self, struct mailbox *mailbox)
+static bool follow_hold(struct run_follow *self, struct mailbox *mailbox)
 {
     const bool lost = self->follow.state == FOLLOW_LOST;
     if (self->follow.state == self->said)
-        return;
+        return false;
     self->said = self->follow.state;
     if ((!lost && self->follow.state != FOLLOW_JUMPED) || !self->is_moving)
-        return;
-    (void)mailbox_put(mailbox, MAILBOX_HOLD, 0);
-    follow_say(lost ? "the clock that is followed is lost: the move is held"
-                    : "the clock that is followed has jumped: the move is "
-                      "held");
+        return false;
+    const int err = mailbox_put(mailbox, MAILBOX_HOLD, 0);
+    follow_say(self, lost ? "the clock that is followed is lost: the move is "
+                            "held"
+                          : "the clock that is followed has jumped: the move "
+                            "is held");
+    return err == MOTION_OK;
 }
 
 static void follow_count(struct run_follow *self, int64_t behind_ns)
@@ -339,27 +362,29 @@ static void follow_count(struct run_follow *self, int64_t behind_ns)
     self->any = true;
 }
 
-static void follow_steer(struct run_follow *self, struct mailbox *mailbox)
+static bool follow_steer(struct run_follow *self, struct mailbox *mailbox)
 {
     const int64_t theirs_ns = self->zero_ns + self->s_ns;
     const int64_t behind_ns =
         follow_s_ns(&self->follow, self->t_ns) - theirs_ns;
     if (behind_ns > FOLLOW_BEHIND_NS || behind_ns < -FOLLOW_BEHIND_NS) {
         if (!self->said_far)
-            follow_say("the move is more than half a second from the clock "
+            follow_say(self,
+                       "the move is more than half a second from the clock "
                        "that it follows: that is not caught up");
         self->said_far = true;
-        return;
+        return false;
     }
     self->said_far = false;
     follow_count(self, behind_ns);
     const int64_t rate_q30 =
         follow_rate_q30(&self->follow, theirs_ns, self->t_ns);
     const int64_t more_q30 = rate_q30 - self->sent_q30;
-    if (more_q30 < FOLLOW_LEAST_Q30 && more_q30 > -FOLLOW_LEAST_Q30)
-        return;
-    if (mailbox_put(mailbox, MAILBOX_OVERRIDE, rate_q30) == MOTION_OK)
-        self->sent_q30 = rate_q30;
+    if ((more_q30 < FOLLOW_LEAST_Q30 && more_q30 > -FOLLOW_LEAST_Q30) ||
+        mailbox_put(mailbox, MAILBOX_OVERRIDE, rate_q30) != MOTION_OK)
+        return false;
+    self->sent_q30 = rate_q30;
+    return true;
 }
 
 /* What is lost before the start starts nothing. */
@@ -371,25 +396,27 @@ static int64_t follow_due_ns(const struct run_follow *self)
                : RUN_START_NEVER;
 }
 
-void run_follow_poll(struct run_follow *self, struct mailbox *mailbox)
+bool run_follow_poll(struct run_follow *self, struct mailbox *mailbox)
 {
     const int64_t now_ns = hal_clock_now_ns(self->clock);
+    bool put;
     pthread_mutex_lock(&self->lock);
     follow_pulses(self);
     follow_look(&self->follow, now_ns);
     if (self->wrong[0] != '\0' && !self->said_wrong) {
-        follow_say(self->wrong);
+        follow_say(self, self->wrong);
         self->said_wrong = true;
     }
     if (self->gpio == NULL)
         atomic_store(&self->due_ns, follow_due_ns(self));
-    follow_hold(self, mailbox);
+    put = follow_hold(self, mailbox);
     if (self->is_moving && self->follow.state == FOLLOW_LOCKED &&
         now_ns - self->looked_ns >= FOLLOW_EVERY_NS) {
         self->looked_ns = now_ns;
-        follow_steer(self, mailbox);
+        put |= follow_steer(self, mailbox);
     }
     pthread_mutex_unlock(&self->lock);
+    return put;
 }
 
 const char *run_follow_report(const struct run_follow *self,

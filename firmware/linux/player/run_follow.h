@@ -17,7 +17,7 @@
 #include "firmware/control/follow.h"
 #include "firmware/control/mailbox.h"
 #include "firmware/host/base/units.h"
-#include "firmware/host/recording/telemetry.h"
+#include "firmware/host/rig/rig.h"
 #include "firmware/host/timecode/mtc.h"
 #include "hal/clock.h"
 #include "hal/gpio.h"
@@ -40,6 +40,9 @@ struct run_follow_config {
     struct units_fps fps; /* of the move, and of theirs */
     int64_t zero_frame;   /* of theirs, where the move's time is 0 */
     int64_t from_ns;      /* of the move's time, where it begins */
+    /* what the operator should hear; NULL: on stderr, over the line of progress */
+    void (*say)(void *context, const char *sentence);
+    void *context;
 };
 
 #define RUN_FOLLOW_PULSES 64 /* a power of 2 */
@@ -88,8 +91,13 @@ struct run_follow {
     bool any;
 };
 
-/* Opens the stream and begins to read it.  0, or -1 with a line on stderr; then
- * there is nothing to end.  `gpio`: the line; NULL: none. */
+/* "ltc:FILE", "mtc:FILE" or the name of a line of the rig: kind, path (of that text)
+ * and line.  NULL, or why it is none, as the end of a sentence. */
+const char *run_follow_clock(struct run_follow_config *config,
+                             const struct rig *rig, bool is_real,
+                             const char *text);
+/* Opens the stream and begins to read it.  0, or an errno; then there is nothing
+ * to end.  `gpio`: the line; NULL: none. */
 int run_follow_begin(struct run_follow *self,
                      const struct run_follow_config *config,
                      struct hal_clock *clock, struct hal_gpio *gpio);
@@ -101,10 +109,11 @@ void run_follow_tick(struct run_follow *self);
 int64_t run_follow_due_ns(struct run_follow *self, int64_t now_ns,
                           int64_t ready_ns, int64_t period_ns);
 
-/* Who looks on: a row, with the time of its tick; and what is to be done. */
-void run_follow_take(struct run_follow *self, const struct telemetry_row *row,
+/* Who looks on: whether the move runs forward and where it was at the tick of that
+ * time; and what is to be done: true, one command was put into the mailbox. */
+void run_follow_take(struct run_follow *self, bool is_moving, int64_t s_ns_q12,
                      int64_t now_ns);
-void run_follow_poll(struct run_follow *self, struct mailbox *mailbox);
+bool run_follow_poll(struct run_follow *self, struct mailbox *mailbox);
 
 /* "followed to 0.4 ms, at 99.98 to 100.03 %"; "": there is nothing to say. */
 const char *run_follow_report(const struct run_follow *self,

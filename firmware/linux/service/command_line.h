@@ -81,6 +81,14 @@ void command_record_stop(const struct command_line *line);
 void command_record_status(const struct service_control *control,
                            cJSON *object);
 
+/* --- commands_follow.c --- */
+
+/* A start whose "follow" names a clock: opens it.  False: it has been refused. */
+bool command_follow(const struct command_line *line,
+                    struct service_request *request);
+/* True and an answer: a clock has the speed of the move, and nothing else. */
+bool command_is_steered(const struct command_line *line);
+
 /* --- commands_couple.c --- */
 
 void command_gear(const struct command_line *line);

@@ -73,6 +73,7 @@ static void command_status(const struct command_line *line)
                             (double)clients->refused);
     cJSON_AddNumberToObject(object, "dropped", (double)line->client->dropped);
     command_record_status(control, object);
+    cJSON_AddStringToObject(object, "follow", control->follow_text);
     cJSON_AddBoolToObject(object, "held", control->holder != NULL);
     cJSON_AddBoolToObject(object, "holder", control->holder == line->client);
     if (control->move != NULL)
@@ -196,7 +197,7 @@ static void command_override(const struct command_line *line)
         .command = MAILBOX_OVERRIDE,
         .value = llrint(percent / 100 * (double)MOTION_CLOCK_WARP_ONE_Q30),
     };
-    if (command_keeps_shots(line, entry.value))
+    if (!command_is_steered(line) && command_keeps_shots(line, entry.value))
         command_line_send(line, &entry);
 }
 

@@ -128,6 +128,8 @@ static bool command_has_move(const struct command_line *line)
 bool command_may_repeat(const struct command_line *line)
 {
     const struct service_move *move = line->control->move;
+    if (command_is_steered(line))
+        return false;
     if (move == NULL || move->motion.shots == NULL)
         return true;
     command_line_refuse(line, "ARG",
@@ -171,7 +173,8 @@ void command_start(const struct command_line *line)
     request.motion = &line->control->move->motion;
     if (((request.times == 1 && !request.is_ping_pong) ||
          command_may_repeat(line)) &&
-        command_keeps_shots(line, line->control->state->override_q30))
+        command_keeps_shots(line, line->control->state->override_q30) &&
+        command_follow(line, &request))
         command_line_request(line, &request);
 }
 

@@ -202,6 +202,7 @@ void service_control_step(struct service_control *control, int timeout_ms)
     struct service_move *move = service_planner_take(&control->planner);
     if (move != NULL)
         service_command_planned(control, move);
+    service_follow_control(control);
     control_lines(control);
     control_lease(control);
     control_stream(control);

@@ -12,7 +12,8 @@
 #include "firmware/linux/service/loop.h"
 #include "firmware/linux/service/planner.h"
 
-#define SERVICE_VERSION 1
+#define SERVICE_VERSION     1
+#define SERVICE_FOLLOW_TEXT 200
 
 /* What an axis follows another by: two, of which the tick has one at most. */
 struct service_cam {
@@ -53,6 +54,11 @@ struct service_control {
     char id[SERVICE_ID_MAX];
     int64_t *capture_q32; /* of each axis of the rig */
     struct service_cam *cam;
+
+    /* a clock that a move keeps to */
+    bool follow_opened;
+    struct run_follow follow;
+    char follow_text[SERVICE_FOLLOW_TEXT]; /* what was said of it last */
 };
 
 /* What it needs for each axis of its rig, which is set, from the pool. */
@@ -77,6 +83,9 @@ void service_record_fault(struct service_control *control, const char *text);
 /* commands_couple.c: the tick took the spare cam of an axis; the end. */
 void service_cam_taken(struct service_control *control, unsigned axis);
 void service_cam_free(struct service_control *control);
+/* commands_follow.c: steers, and ends what is over; the end, once the tick is. */
+void service_follow_control(struct service_control *control);
+void service_follow_free(struct service_control *control);
 /* {"event": NAME, "t_s": ...} */
 cJSON *service_event_object(const char *name, int64_t now_ns);
 /* Who has control. */

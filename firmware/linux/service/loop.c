@@ -133,7 +133,7 @@ static void loop_publish(struct service_loop *loop)
     state->state = controller->state;
     state->enabling = controller->enabling;
     state->homing = homing_is_running(&machine->homing);
-    state->starting = loop->shoot.is_due;
+    state->starting = loop->shoot.is_due || service_follow_waits(&loop->follow);
     state->waits_for = machine->step.waits ? machine->step.frame : 0;
     state->jogging = controller->jog == &machine->jog &&
                      controller->state != CONTROLLER_READY &&
@@ -188,6 +188,9 @@ static int loop_start(struct service_loop *loop,
     if (err < 0)
         return err;
     service_shoot_drop(&loop->shoot, loop->machine);
+    if (request->follow != NULL)
+        return service_follow_arm(&loop->follow, request->follow, loop->machine,
+                                  loop->now_ns);
     return shots != NULL
                ? service_shoot_arm(&loop->shoot, loop->machine, shots)
                : playback_begin(&loop->machine->playback, 0, PLAYBACK_PLAY);
@@ -318,6 +321,7 @@ static void loop_run(struct service_loop *loop)
     service_shoot_begin(&loop->shoot, loop->machine);
     machine_tick(loop->machine, loop->now_ns);
     service_shoot_step(&loop->shoot, loop->machine);
+    service_follow_step(&loop->follow, loop->machine, loop->now_ns);
     loop_say_events(loop);
     loop_publish(loop);
     if (answered)

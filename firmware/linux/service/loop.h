@@ -15,6 +15,7 @@
 
 #include "firmware/control/mailbox.h"
 #include "firmware/control/playback.h"
+#include "firmware/linux/service/follow.h"
 #include "firmware/linux/service/frames.h"
 #include "firmware/linux/service/recording.h"
 #include "firmware/linux/service/shoot.h"
@@ -40,8 +41,9 @@ struct service_request {
     int64_t at_ns_q12;                   /* GO: to there, and held */
     int64_t times;                       /* 0: until a stop */
     bool is_ping_pong;
-    uint64_t axes; /* HOME: a bit each */
-    int err;       /* the answer */
+    struct run_follow *follow; /* START: a clock that begins it; NULL: none */
+    uint64_t axes;             /* HOME: a bit each */
+    int err;                   /* the answer */
 };
 
 enum service_request_turn { SERVICE_FREE, SERVICE_ASKED, SERVICE_DONE };
@@ -75,6 +77,7 @@ struct service_loop {
     enum controller_fault fault;
     bool homing;
     struct service_shoot shoot;
+    struct service_follow follow;
     int64_t viewed_ns; /* buses and lines, the last time */
     struct machine_view view;
 };

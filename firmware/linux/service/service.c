@@ -268,6 +268,7 @@ static void service_down(struct service *self)
     service_move_free(control->move);
     service_move_free(control->old_move);
     service_cam_free(control);
+    service_follow_free(control);
     machine_real_close(&self->real);
     guardian_end(&self->guardian);
     service_loop_free(&self->loop);

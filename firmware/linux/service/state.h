@@ -26,7 +26,8 @@ struct service_state {
     uint32_t commands_done;        /* of the mailbox, ever */
     enum controller_state state;
     bool enabling, homing, jogging, reversed;
-    bool starting; /* a move whose first event comes before its start */
+    bool starting; /* a move whose first event comes before its start, or whose
+                      clock is not there yet */
     struct controller_fault_record fault;
     char fault_text[SERVICE_FAULT_MAX]; /* "pan: the drive ...", or "" */
     char homing_text[HOMING_TEXT_MAX];  /* why the last one failed, or "" */

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """tests/firmware/linux/follow.py SLEW - a move that keeps to MIDI timecode which
-runs fast, to frame pulses of a simulated line, and to timecode that ends.
+runs fast, to frame pulses of a simulated line, and to timecode that ends; the first
+and the last also of a service, which slew run asks for it.
 
 Timecode is written into a pipe by the real clock.
 """
@@ -62,20 +63,26 @@ def quarter_frames(pipe, frame, rate, seconds):
 def start(slew, directory, *options):
     return subprocess.Popen(
         [slew, "run", "--realtime", *options, "rig.yaml", "move.yaml"],
+        env=dict(os.environ, SLEW_RUN_DIR=directory),
         cwd=directory, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, text=True)
 
 
+def off_ms(what, run):
+    out = run.communicate(timeout=90)[0]
+    off = re.search(r"followed to ([0-9.]+) ms", out)
+    if run.returncode != 0 or off is None:
+        fail("%s: status %d, not followed:\n%s" % (what, run.returncode, out))
+    return out, float(off.group(1))
+
+
 def judge(what, run, rate):
     """It took as long as it takes on that clock, and was never far from it."""
-    out = run.communicate(timeout=90)[0]
-    if run.returncode != 0:
-        fail("%s: status %d:\n%s" % (what, run.returncode, out))
-    off = re.search(r"followed to ([0-9.]+) ms", out)
+    out, off = off_ms(what, run)
     took = re.search(r"done after ([0-9.]+) s", out)
-    if off is None or took is None:
-        fail("%s: not followed:\n%s" % (what, out))
-    off, took = float(off.group(1)), float(took.group(1))
+    if took is None:
+        fail("%s: not done:\n%s" % (what, out))
+    took = float(took.group(1))
     if off > 60 or abs(took - 9 / rate) > 0.045:
         fail("%s: off by %.3f ms, after %.3f s instead of %.3f" %
              (what, off, took, 9 / rate))
@@ -98,14 +105,14 @@ def pulses_of_a_line(slew, directory):
     judge("line", run, 40 / 39.6)
 
 
-def timecode_that_ends(slew, directory):
+def timecode_that_ends(slew, directory, seconds=11):
     pipe = os.path.join(directory, "mtc")
     writer = threading.Thread(target=quarter_frames, daemon=True,
                               args=(pipe, 0, 1, 7))
     writer.start()
     run = start(slew, directory, "--follow", "mtc:" + pipe, "--follow-at",
                 "00:00:04:00")
-    time.sleep(11)
+    time.sleep(seconds)
     run.send_signal(signal.SIGINT)
     out = run.communicate(timeout=90)[0]
     if "is lost: the move is held" not in out:
@@ -113,6 +120,34 @@ def timecode_that_ends(slew, directory):
     if run.returncode != 130:
         fail("status %d:\n%s" % (run.returncode, out))
     print("timecode that ends: held")
+
+
+def of_a_service(slew, directory):
+    """As long as it runs, slew run asks it; it ends with torque off."""
+    service = subprocess.Popen(
+        [slew, "service", "run", "--sim", "rig.yaml"], cwd=directory,
+        env=dict(os.environ, SLEW_RUN_DIR=directory),
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True)
+    line = service.stdout.readline()
+    while line and "socket" not in line:
+        line = service.stdout.readline()
+    try:
+        pipe = os.path.join(directory, "mtc")
+        writer = threading.Thread(target=quarter_frames, daemon=True,
+                                  args=(pipe, 3600 * FPS, 1.01, 20))
+        writer.start()
+        run = start(slew, directory, "--follow", "mtc:mtc", "--follow-at",
+                    "01:00:06:00")
+        out, off = off_ms("service", run)
+        if off > 60 or "a service has this rig" not in out:
+            fail("service: off by %.3f ms:\n%s" % (off, out))
+        print("service: off by %.3f ms at most" % off)
+        writer.join()
+        timecode_that_ends(slew, directory, 22)  # from where it was left
+    finally:
+        service.terminate()
+        service.communicate(timeout=30)
 
 
 def main():
@@ -125,6 +160,7 @@ def main():
         mtc_that_runs_fast(slew, directory)
         pulses_of_a_line(slew, directory)
         timecode_that_ends(slew, directory)
+        of_a_service(slew, directory)
 
 
 main()

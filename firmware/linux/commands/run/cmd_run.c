@@ -269,13 +269,16 @@ static enum status cmd_run_play(struct cmd_run *self)
     const bool has_keys =
         config.realtime && !options->json &&
         run_keys_begin(&self->keys, &self->job, self->when.play_q30, follows);
-    if (follows &&
-        run_follow_begin(
+    int err = 0;
+    if (follows)
+        err = run_follow_begin(
             &self->follow, &self->when.follow, self->live.machine.ports.clock,
             self->when.follow.line < 0
                 ? NULL
-                : &self->live.machine.input[self->when.follow.line].gpio) < 0) {
+                : &self->live.machine.input[self->when.follow.line].gpio);
+    if (err != 0) {
         run_keys_end(&self->keys);
+        (void)error_file(self->when.follow.path, strerror(err));
         return STATUS_SYSTEM;
     }
     config.follow = follows ? &self->follow : NULL;
@@ -309,7 +312,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     player_init(&self->player, &self->live.machine, &self->job, &config,
                 &observer);
     cmd_run_begin_files(self, config.realtime);
-    int err = player_run(&self->player, interrupt_listen());
+    err = player_run(&self->player, interrupt_listen());
     interrupt_listen_no_more();
     progress_end(&self->progress);
     run_keys_end(&self->keys);

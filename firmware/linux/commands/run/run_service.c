@@ -1,7 +1,10 @@
 /* firmware/linux/commands/run/run_service.c - see run_service.h. */
+#define _XOPEN_SOURCE 700 /* realpath */
 #include "firmware/linux/commands/run/run_service.h"
 
+#include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -62,16 +65,49 @@ static enum status run_to_start(struct served *self)
                                : status;
 }
 
+/* The service opens a stream by its full name. */
+static enum status run_start(const struct served *self, cJSON **start)
+{
+    const char *clock = self->options->follow;
+    char text[SERVED_PATH_MAX + 4];
+    *start = served_command("start");
+    if (clock == NULL)
+        return STATUS_OK;
+    snprintf(text, sizeof text, "%s", clock);
+    if (strncmp(clock, "ltc:", 4) == 0 || strncmp(clock, "mtc:", 4) == 0) {
+        char *path = realpath(clock + 4, NULL);
+        if (path == NULL)
+            return error_file(clock + 4, strerror(errno));
+        snprintf(text, sizeof text, "%.4s%s", clock, path);
+        free(path);
+    }
+    cJSON_AddStringToObject(*start, "follow", text);
+    if (self->options->follow_at != NULL)
+        cJSON_AddStringToObject(*start, "at", self->options->follow_at);
+    return STATUS_OK;
+}
+
 static enum status run_play(struct served *self)
 {
+    cJSON *start;
+    enum status status = run_start(self, &start);
+    if (status != STATUS_OK) {
+        cJSON_Delete(start);
+        return status;
+    }
     cJSON *command = served_command("override");
     cJSON_AddNumberToObject(command, "percent",
                             100.0 * (double)self->options->override_q30 /
                                 (double)MOTION_CLOCK_WARP_ONE_Q30);
-    const enum status status = served_do(self, command);
-    return status == STATUS_OK
-               ? served_then(self, served_command("start"), "ready", "moving")
-               : status;
+    status = served_do(self, command);
+    if (status != STATUS_OK) {
+        cJSON_Delete(start);
+        return status;
+    }
+    return served_then(self, start, "ready",
+                       self->options->follow != NULL
+                           ? "waiting for the clock, then moving"
+                           : "moving");
 }
 
 static enum status run_all(struct served *self, const char *move)
@@ -97,9 +133,8 @@ static bool run_is_plain(const struct options *options)
            options->record == NULL && options->faults == NULL &&
            options->can_log == NULL && options->modbus_log == NULL &&
            options->plot == NULL && options->at == NULL &&
-           options->on_edge == NULL && options->follow == NULL &&
-           options->hold_at == NULL && options->from == NULL &&
-           options->loop < 0 && !options->ping_pong &&
+           options->on_edge == NULL && options->hold_at == NULL &&
+           options->from == NULL && options->loop < 0 && !options->ping_pong &&
            options->resume_after_ns < 0 && options->interface == NULL;
 }
 
@@ -108,8 +143,7 @@ static enum status run_begin(struct served *self, const char *move)
     const struct options *options = self->options;
     enum status status = served_allow(
         self, run_is_plain(options),
-        "--dry-run, --interface, --hold-at, --at, --on-edge, --follow, --from, "
-        "--loop "
+        "--dry-run, --interface, --hold-at, --at, --on-edge, --from, --loop "
         "and files to write");
     if (status != STATUS_OK)
         return status;

@@ -197,34 +197,6 @@ static enum status run_when_plays(struct run_when *self)
                                                  &self->from_ns_q12);
 }
 
-/* "ltc:FILE" and "mtc:FILE"; else a line of the rig. */
-static enum status run_when_clock(struct run_when *self, const char *clock)
-{
-    struct run_follow_config *follow = &self->follow;
-    const struct rig *rig = &self->job->rig;
-    if (strncmp(clock, "ltc:", 4) == 0 || strncmp(clock, "mtc:", 4) == 0) {
-        follow->kind = clock[0] == 'l' ? RUN_FOLLOW_LTC : RUN_FOLLOW_MTC;
-        follow->path = clock + 4;
-        return STATUS_OK;
-    }
-    for (uint32_t i = 0; i < rig->line_count; i++)
-        if (rig->line[i].kind == RIG_LINE_FRAME &&
-            strcmp(rig->line[i].name, clock) == 0)
-            follow->line = (int)i;
-    follow->kind = RUN_FOLLOW_LINE;
-    if (follow->line < 0)
-        error_say("slew run: --follow: '%.40s' is no clock, expected ltc:FILE, "
-                  "mtc:FILE, or the name of a line of this rig of kind frame",
-                  clock);
-    else if (!self->options->real && rig->line[follow->line].sim_every_ns == 0)
-        error_say("slew run: --follow: the simulated line %s has no pulses, "
-                  "expected sim: TIME in the rig, or --real",
-                  clock);
-    else
-        return STATUS_OK;
-    return STATUS_INPUT;
-}
-
 /* What would not go together with a clock that is followed; NULL: nothing. */
 static const char *run_when_not_following(const struct run_when *self)
 {
@@ -259,9 +231,12 @@ static enum status run_when_follow(struct run_when *self)
     const char *why = run_when_not_following(self);
     if (why != NULL)
         return run_when_refuse("--follow", why);
-    const enum status status = run_when_clock(self, options->follow);
-    if (status != STATUS_OK)
-        return status;
+    why = run_follow_clock(follow, &self->job->rig, options->real,
+                           options->follow);
+    if (why != NULL) {
+        error_say("slew run: --follow: '%.40s' %s", options->follow, why);
+        return STATUS_INPUT;
+    }
     follow->fps =
         (struct units_fps){ self->job->move.fps_num, self->job->move.fps_den };
     follow->from_ns = self->from_ns_q12 / MOTION_FIXED_NS_Q12;

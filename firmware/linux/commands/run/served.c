@@ -137,6 +137,17 @@ static bool served_has(const struct served *self, const char *name)
     return cJSON_IsTrue(cJSON_GetObjectItem(self->status, name));
 }
 
+/* What the service says of the clock that a move of ours keeps to. */
+static void served_look_follow(struct served *self)
+{
+    char now[SERVED_FAULT_MAX];
+    served_copy(now, sizeof now, self->status, "follow");
+    if (self->options->follow != NULL && now[0] != '\0' &&
+        strcmp(now, self->follow) != 0)
+        served_say(self, now);
+    memcpy(self->follow, now, sizeof now);
+}
+
 enum status served_look(struct served *self)
 {
     cJSON *answer = served_ask(self, served_command("status"));
@@ -150,6 +161,7 @@ enum status served_look(struct served *self)
     self->starting = served_has(self, "starting");
     self->torque_off = served_has(self, "torque_off");
     self->enabling = served_has(self, "enabling");
+    served_look_follow(self);
     return STATUS_OK;
 }
 

@@ -27,6 +27,7 @@ struct served {
     cJSON *status; /* as it was last; NULL: never */
     char state[32];
     char fault[SERVED_FAULT_MAX];
+    char follow[SERVED_FAULT_MAX]; /* what was said last of a clock */
     bool enabling, homing, starting, torque_off;
     bool stopped; /* the operator has asked for it */
 };

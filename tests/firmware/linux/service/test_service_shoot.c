@@ -2,11 +2,9 @@
  * a service in virtual time: when its lines are fired, what is recorded of it, and
  * what else such a move allows. */
 #include <dirent.h>
-#include <time.h>
 
 #include "motion/core/clock_warp.h"
-#include "tests/support/check.h"
-#include "tests/support/service_bench.h"
+#include "tests/support/service_ask.h"
 
 #define PERIOD_NS INT64_C(5000000)
 #define SHOTS_MAX 64
@@ -71,17 +69,12 @@ static int down(void **state)
     return 0;
 }
 
-static void pause_a_little(void)
-{
-    nanosleep(&(struct timespec){ .tv_nsec = 1000000 }, NULL);
-}
-
 static void tick(void)
 {
     const struct machine *machine = &bench.machine;
     service_bench_tick(&bench);
     while (recorder_waiting(&recording.recorder) > RECORDER_ROWS / 2)
-        pause_a_little(); /* virtual time is faster than who writes */
+        service_ask_pause(); /* virtual time is faster than who writes */
     if (start_ns < 0 && machine->controller.state == CONTROLLER_MOVING &&
         machine->controller.rate.s_ns_q12 > 0)
         start_ns = machine->controller.now_ns -
@@ -101,58 +94,15 @@ static void ticks(int64_t ms)
         tick();
 }
 
-/* The answer to a line. */
-static cJSON *ask(int file, const char *line)
-{
-    static char text[65536];
-    size_t length = 0;
-    assert_int_equal(send(file, line, strlen(line), MSG_NOSIGNAL),
-                     (ssize_t)strlen(line));
-    assert_int_equal(send(file, "\n", 1, MSG_NOSIGNAL), 1);
-    for (int i = 0; i < 30000; i++) {
-        const ssize_t got =
-            recv(file, text + length, sizeof text - 1 - length, 0);
-        length += got > 0 ? (size_t)got : 0;
-        for (char *end; (end = memchr(text, '\n', length)) != NULL;) {
-            *end = '\0';
-            cJSON *object = cJSON_Parse(text);
-            length -= (size_t)(end + 1 - text);
-            memmove(text, end + 1, length);
-            if (cJSON_HasObjectItem(object, "ok"))
-                return object;
-            cJSON_Delete(object);
-        }
-        if (!service_bench_plans(&bench)) {
-            tick();
-            continue;
-        }
-        pause_a_little();
-        service_bench_serve(&bench);
-    }
-    fail_msg("no answer to %s", line);
-    return NULL;
-}
-
 static void done(int file, const char *line)
 {
-    cJSON *answer = ask(file, line);
-    if (!cJSON_IsTrue(cJSON_GetObjectItem(answer, "ok")))
-        fail_msg("%s: %s", line, cJSON_PrintUnformatted(answer));
-    cJSON_Delete(answer);
+    service_ask_done(&bench, tick, file, line);
 }
 
 static void refused(int file, const char *line, const char *error,
                     const char *part)
 {
-    cJSON *answer = ask(file, line);
-    const char *text =
-        cJSON_GetStringValue(cJSON_GetObjectItem(answer, "text"));
-    assert_false(cJSON_IsTrue(cJSON_GetObjectItem(answer, "ok")));
-    assert_string_equal(
-        cJSON_GetStringValue(cJSON_GetObjectItem(answer, "error")), error);
-    if (text == NULL || strstr(text, part) == NULL)
-        fail_msg("%s: %s", line, text);
-    cJSON_Delete(answer);
+    service_ask_refused(&bench, tick, file, line, error, part);
 }
 
 static int at_start(const char *load)
@@ -280,7 +230,7 @@ static unsigned recorded(const char *column)
     unsigned at = 0, count = 0, shots = 0;
     (void)service_recording_stop(&recording);
     for (int i = 0; i < 5000 && !service_recording_ended(&recording); i++)
-        pause_a_little();
+        service_ask_pause();
     snprintf(path, sizeof path, "%s/shoot.csv", bench.directory);
     FILE *file = fopen(path, "r");
     assert_non_null(file);
