@@ -50,7 +50,7 @@ class Painter {
     this.canvas.width = Math.round(this.size.width * ratio);
     this.canvas.height = Math.round(this.size.height * ratio);
     this.colours = readColours(this.canvas);
-    this.want();
+    this.paint(); // a canvas of another size is empty: not for a frame
   }
 }
 

@@ -73,7 +73,9 @@ function OneKey({ session, picked }) {
 function Handles({ session, picked }) {
   if (!picked.some(({ at }) => at.left || at.right)) return null;
   const kind = picked[0].at.right?.kind ?? picked[0].at.left?.kind;
-  return html`<${Choice} label="Handles" value=${kind} names=${session.handles} onChoose=${(each) => chooseHandles(session, each)} />`;
+  return html`<div class="fields">
+    <${Choice} label="Handles" value=${kind} names=${session.handles} onChoose=${(each) => chooseHandles(session, each)} />
+  </div>`;
 }
 
 function Scale({ session }) {

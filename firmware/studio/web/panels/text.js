@@ -116,6 +116,7 @@ function extensionsOf(session) {
     yaml(),
     marked,
     typed,
+    EditorView.lineWrapping,
     EditorView.contentAttributes.of({ "aria-label": "Text of the move" }),
   ];
 }
