@@ -146,7 +146,7 @@ class SpaceView {
     const { clientWidth, clientHeight } = this.canvas;
     this.renderer.setPixelRatio(devicePixelRatio || 1);
     this.renderer.setSize(clientWidth || 1, clientHeight || 1, false);
-    this.want();
+    this.paint(); // as the curve editor does
   }
 
   paint() {

@@ -198,6 +198,8 @@ on(
     await press(page, "Go to start…");
     await page.getByRole("dialog", { name: "To the start of the move" }).waitFor();
     await page.getByRole("tab", { name: "Space", selected: true }).waitFor();
+    // Of two who ask for poses, only the later is answered.
+    await until(page, "the space view", () => globalThis.studio.session.space?.poses);
     const [first, last, start] = await page.evaluate(async () => {
       const { session } = globalThis.studio;
       const { poses, size } = session.way.value;
@@ -210,6 +212,7 @@ on(
       first.some((value, k) => Math.abs(value - last[k]) > 0.01),
       "there is a way",
     );
+    await settle(page);
     await picture(page, "way-in-space");
     await press(page, "Not now");
     assert.equal(await page.evaluate(() => globalThis.studio.session.way.value), null);
