@@ -346,6 +346,29 @@ static void a_hundred_edits_leave_the_bits_of_a_fresh_plan(void **state)
     studio_plan_delete(plan);
 }
 
+/* Where a key leaves a straight line, the velocity steps at its neighbours too: at
+ * the border of a span that did not change itself. */
+static void a_border_is_judged_with_the_span_before_it(void **state)
+{
+    static char text[16384];
+    static struct sketch sketch;
+
+    (void)state;
+    sketch_new(&sketch, 1, KEYS); /* linear */
+    for (unsigned i = 0; i < KEYS; i++)
+        sketch.key[i].p = 0;
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *plan = planned(text, NULL);
+    const uint32_t before = plan->job.violation_count; /* of the other axis */
+    sketch.key[6].p = 20;
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *next = planned(text, plan);
+    same(text, next);
+    assert_int_equal(next->job.violation_count, before + 3);
+    studio_plan_delete(next);
+    studio_plan_delete(plan);
+}
+
 /* Of every kind: random edits of a move, one after the other. */
 static void every_curve_is_planned_again_to_the_bit(void **state)
 {
@@ -481,6 +504,7 @@ int main(void)
         cmocka_unit_test(random_edits_leave_the_bits_of_a_fresh_plan),
         cmocka_unit_test(a_key_that_moves_costs_the_spans_beside_it),
         cmocka_unit_test(a_key_that_is_the_highest_costs_no_more),
+        cmocka_unit_test(a_border_is_judged_with_the_span_before_it),
         cmocka_unit_test(every_curve_is_planned_again_to_the_bit),
         cmocka_unit_test(a_hundred_edits_leave_the_bits_of_a_fresh_plan),
         cmocka_unit_test(a_key_in_the_middle_changes_what_is_beside_it),
