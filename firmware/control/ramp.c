@@ -207,12 +207,12 @@ static struct motion_clock_rate ramp_after(const struct controller *controller,
 }
 
 /* The next length of a ladder, after one that did not fit `left` ticks before its
- * end: a quarter of these more, for what fails long before its end fails by its
+ * end: an eighth of these more, for what fails long before its end fails by its
  * r'', and so do all that are a little longer.  Near the end every one, as one
  * alone may fit among those that do not, just before a border of segments. */
 static int64_t ramp_level_longer(int64_t ticks, int64_t left)
 {
-    return ticks + ramp_most((left - RAMP_LEVEL_NEAR) / 4, ticks / 32) + 1;
+    return ticks + ramp_most((left - RAMP_LEVEL_NEAR) / 8, ticks / 32) + 1;
 }
 
 /* In so few ticks as the limits allow, after `wait`. */
