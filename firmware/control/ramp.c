@@ -264,7 +264,8 @@ static void ramp_level(struct controller *controller, bool stop,
         if (wait.ticks > RAMP_LEVEL_WAIT)
             wait =
                 (struct ramp_wait){ 1, wait.jerk_q30 + now.jerk_q30 / 4 + 1 };
-        if (wait.jerk_q30 > now.jerk_q30 || effort->looks <= 0)
+        if (now.accel_q30 <= 0 || wait.jerk_q30 > now.jerk_q30 ||
+            effort->looks <= 0)
             return;
     }
     controller->warp = warp;
