@@ -330,7 +330,8 @@ int motion_clock_warp_level(const struct motion_clock_warp *from, int64_t t_ns,
     /* a rate that is on its way to just 0 comes to 0, by rounding */
     const int64_t end = r1 + an / 2 + (1 << 25);
     if (!clock_ramp_in_range(r0) || !clock_ramp_in_range(r1) ||
-        !clock_ramp_in_range(end))
+        !clock_ramp_in_range(end) ||
+        !clock_ramp_turns_in_range(r0, ramp.a0, a1, wait))
         return MOTION_E_RANGE;
     struct motion_clock_warp warp;
     motion_clock_warp_init(&warp, t_ns, now.s_ns_q12, end >> 26);

@@ -305,9 +305,44 @@ static void unusable_ramps_are_refused(void **state)
         MOTION_E_RANGE);
 }
 
+/* Whatever r'' comes before it, and where r' turns meanwhile. */
+static void a_level_never_leaves_the_range_of_rates(void **state)
+{
+    (void)state;
+    uint64_t seed = 11;
+    unsigned levels = 0, refused = 0;
+    for (unsigned n = 0; n < 20000; n++) {
+        const struct motion_clock_bound bound = any_bound(&seed);
+        const int64_t jerk =
+            check_random_in(&seed, -16, 16) * (bound.jerk_q30 / 16);
+        const int64_t wait = check_random_in(&seed, 0, 300);
+        const int64_t ticks = check_random_in(&seed, 1, 200);
+        struct motion_clock_warp warp;
+        struct motion_clock_rate now;
+        motion_clock_warp_init(&warp, 0, 0, check_random_in(&seed, 0, 2 * ONE));
+        if (motion_clock_warp_ramp(&warp, 0, check_random_in(&seed, 0, 2 * ONE),
+                                   &bound, MS, &warp) < 0)
+            continue;
+        const int64_t t = check_random_in(&seed, 0, warp.dur_ns / MS) * MS;
+        if (motion_clock_warp_level(&warp, t, wait, jerk, ticks, MS, &warp) <
+            0) {
+            refused++;
+            continue;
+        }
+        levels++;
+        for (int64_t dt = 0; dt <= warp.dur_ns; dt += MS / 4) {
+            motion_clock_warp_at(&warp, t + dt, &now);
+            assert_in_range(now.rate_q30 + 1, 0, 2 * ONE + 2);
+        }
+        assert_int_equal(now.accel_q30, 0);
+    }
+    assert_true(levels > 1000 && refused > 1000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_level_never_leaves_the_range_of_rates),
         cmocka_unit_test(full_rate_is_the_clock_itself_for_days),
         cmocka_unit_test(ramp_joins_rate_and_slope_everywhere),
         cmocka_unit_test(ramp_from_a_ramp_rises_by_what_cannot_be_avoided),

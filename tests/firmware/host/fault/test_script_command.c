@@ -42,6 +42,8 @@ static void what_is_typed_is_an_entry_of_a_script(void **state)
           false },
         { "loss focus rate 2 % direction to for 1 s",
           "loss of focus, 2 % of the frames, to it", 1000000000, false },
+        { "loss pan rate 2 % direction from", "loss of pan, 2 % of the frames",
+          0, false },
         { "jitter dolly delay 3 ms", "jitter of dolly, up to 3 ms", 0, false },
     };
 
@@ -74,9 +76,8 @@ static void what_cannot_be_is_said_in_a_sentence(void **state)
         { "reboot {pan}", "brackets, quotes or commas" },
         { "noise can1 rate 2 kg", "2 kg" },
         { "drive_fault pan code 0x150 code 0x151", "code" },
-        { "loss pan rate 2 %",
-          "an axis on Modbus, whose answers noise spoils" },
-        { "slow_drive pan delay 2 ms direction to", "only for an axis on CAN" },
+        { "echo dolly", "axis is not for echo" },
+        { "noise can1 rate 2 % direction to", "which every node hears" },
         { "slow_drive dolly delay 2 ms direction up", "'up'" },
         { "reboot dolly direction to", "direction is not for reboot" },
     };
