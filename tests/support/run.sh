@@ -64,8 +64,8 @@ shift
 mkdir -p "$log"
 rm -f "$log"/*.count "$log"/*.times
 # What their sources say of themselves: those that read the real clock wait more
-# than they work and run four per processor; of the others the long ones begin, so
-# that none is left over.
+# than they work and run at the end, four per processor; of the others the long ones
+# begin, so that none is left over.
 marked() # marked TEXT TEST...: those whose source has it
 {
     text=$1
@@ -79,32 +79,13 @@ marked() # marked TEXT TEST...: those whose source has it
 marked 'Reads the real clock.' "$@" >"$log/clock"
 marked 'Takes long.' "$@" >"$log/long"
 processes=${PROCESSES:-$(nproc)}
-each() # each PROCESSES [COMMAND...]: the tests on stdin, so many at a time
+each() # each PROCESSES: the tests on stdin, so many at a time
 {
-    count=$1
-    shift
-    xargs -r -P "$count" -n 1 "$@" "$0" --one "$log"
+    xargs -r -P "$1" -n 1 "$0" --one "$log"
 }
-on_clock()
-{
-    each $((4 * processes)) <"$log/clock"
-}
-others()
-{
-    printf '%s\n' "$@" | grep -vxF -f "$log/clock" -f "$log/long" >"$log/short" || true
-    cat "$log/long" "$log/short" | each "$processes" ${BESIDE:+$idle}
-}
-# BESIDE=1, on a machine that does nothing else: while these wait, the others have
-# what is left of the processors, and lose it in the moment one of these wakes up.
-idle='chrt --idle 0'
-if [ -n "${BESIDE:-}" ]; then
-    on_clock &
-    others "$@"
-    wait $!
-else
-    others "$@"
-    on_clock
-fi
+printf '%s\n' "$@" | grep -vxF -f "$log/clock" -f "$log/long" |
+    cat "$log/long" - | each "$processes"
+each $((4 * processes)) <"$log/clock"
 # One of these that failed may have been paused by the machine for longer than it
 # waits: once more, alone, and both runs are shown.
 while read -r test; do
