@@ -54,8 +54,9 @@ test-peers: build $(SLEW) $(PEER_PROGRAMS) \
 	done; wait; \
 	for check in $(PEER_BESIDE); do \
 	    log=$(PEERS)/$$(basename $$check).log; cat $$log; \
-	    [ "$$(cat $$log.status)" = 0 ] || bad=1; \
+	    [ "$$(cat $$log.status)" = 0 ] || \
+	        { echo "$$(basename $$check): FAILED"; bad=1; }; \
 	done; \
 	for check in $(filter-out $(PEER_BESIDE),$(PEER_CHECKS)); do \
-	    one $$check || bad=1; \
+	    one $$check || { echo "$$(basename $$check): FAILED"; bad=1; }; \
 	done; exit $$bad
