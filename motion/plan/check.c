@@ -372,7 +372,7 @@ uint32_t plan_check_source(const struct motion_track *track,
                            .violation = violation,
                            .capacity = capacity };
     const struct motion_segment *segment = source->next(source->context);
-    struct motion_segment former; /* `next` may write over it */
+    struct motion_segment former = { 0 }; /* `next` may write over it */
     struct plan_facts own[2], *former_facts = NULL;
 
     check_sampling(&check);

@@ -43,9 +43,9 @@ static const struct sim_fit_parameter fit_loops[SIM_MODEL_DELAY] = {
 const struct sim_fit_parameter *
 sim_fit_parameter(const struct sim_fit_axis *axis, enum sim_model_parameter of)
 {
-    return axis->axis->sim.loops.given && of < SIM_MODEL_DELAY
-               ? &fit_loops[of]
-               : &fit_parameter[of];
+    if (axis->axis->sim.loops.given && of < ARRAY_LEN(fit_loops))
+        return &fit_loops[of];
+    return &fit_parameter[of];
 }
 
 /* What the model takes from the rig, as positions do not tell it. */
