@@ -129,6 +129,7 @@ function draggingKeys(session, scene, start, target, onlyTime) {
   const range = isRippling ? rippleRange(touched, from) : timeRange(touched, picked);
   let lock = onlyTime ? "time" : null;
   let last = null;
+  let hasMoved = false; // from then on its own place is one like others
   const operationsOf = ({ dt, dp }) =>
     isRippling
       ? mergeByKey(rippleKeys(touched, from, dt, round), moveKeys(picked, 0, dp, round))
@@ -137,7 +138,8 @@ function draggingKeys(session, scene, start, target, onlyTime) {
     move(point, event, begin) {
       last = point;
       const moved = { dx: point.x - start.x, dy: point.y - start.y };
-      if (Math.hypot(moved.dx, moved.dy) < stillPixels) return;
+      hasMoved ||= Math.hypot(moved.dx, moved.dy) >= stillPixels;
+      if (!hasMoved) return;
       const isSnapping = !(event.ctrlKey || event.metaKey);
       const drag = dragOf(
         { ...moved, lock, isFine: event.shiftKey, isSnapping },
@@ -147,19 +149,19 @@ function draggingKeys(session, scene, start, target, onlyTime) {
         targets,
       );
       const operations = drag.dt === 0 && drag.dp === 0 ? [] : operationsOf(drag);
-      session.dragged.value = {
+      const shown = {
         text: textOf(session, target, drag, round),
         moved: placesOf(operations),
       };
-      if (operations.length > 0) void session.preview(operations, begin);
+      void session.preview(operations, shown, begin);
     },
     lock(wanted, event) {
       if (!onlyTime) lock = toggleLock(lock, wanted);
       if (last !== null) this.move(last, event);
     },
     end(point, event) {
-      const isClick = last === null || Math.hypot(last.x - start.x, last.y - start.y) < stillPixels;
-      if (isClick && !event.shiftKey) session.selection.value = select(new Map(), [target], "set");
+      if (!hasMoved && !event.shiftKey)
+        session.selection.value = select(new Map(), [target], "set");
       void session.finishPreview(picked.length === 1 ? "Move a key" : `Move ${picked.length} keys`);
     },
     cancel() {
@@ -205,15 +207,18 @@ function draggingHandle(session, scene, start, target) {
   );
   const perSecond = secondsPerPixel(view);
   const perValue = valuePerPixel(view);
+  let hasMoved = false;
   return {
     move(point, event, begin) {
       const rate = event.shiftKey ? 0.1 : 1;
-      if (Math.hypot(point.x - start.x, point.y - start.y) < stillPixels) return;
-      const dt = roundFor(target.handle.dt + (point.x - start.x) * rate * perSecond, perSecond / 4);
-      const dp = roundFor(target.handle.dp - (point.y - start.y) * rate * perValue, perValue / 2);
-      session.dragged.value = { text: `${target.side} handle: ${dt} s, ${dp}` };
+      const [dx, dy] = [point.x - start.x, point.y - start.y];
+      hasMoved ||= Math.hypot(dx, dy) >= stillPixels;
+      if (!hasMoved) return;
+      const dt = roundFor(target.handle.dt + dx * rate * perSecond, perSecond / 4);
+      const dp = roundFor(target.handle.dp - dy * rate * perValue, perValue / 2);
+      const shown = { text: `${target.side} handle: ${dt} s, ${dp}` };
       const operation = dragHandle(target.axis, target.key, target.at, target.side, dt, dp);
-      void session.preview([operation], begin);
+      void session.preview(dx === 0 && dy === 0 ? [] : [operation], shown, begin);
     },
     end() {
       void session.finishPreview("Move a handle");

@@ -15,6 +15,7 @@ import { roundFor } from "./number.js";
 
 export const columns = 800; // of samples across the view
 const mostCosts = 1000;
+const frameMs = 16;
 
 const none = [];
 
@@ -41,7 +42,8 @@ export class Session {
   #history = new History("");
   #words = null;
   #colours = new Map();
-  #preview = null; // edits of the drag that is under way
+  #preview = null; // of the drag that is under way: { operations, drag }
+  #late = null; // timer of what is shown without its plan
   #serial = 0; // of the picture that is shown
 
   constructor(planner) {
@@ -219,38 +221,56 @@ export class Session {
     return true;
   }
 
-  // `begin`: when the event came that asks for it.
-  async preview(operations, begin = performance.now()) {
-    this.#preview = { operations };
+  // `drag`: what it says of itself, shown with its plan, so that a step is drawn once; no
+  // longer than a frame is waited for that.  `begin`: when the event came that asks for it.
+  async preview(operations, drag, begin = performance.now()) {
+    this.#preview = { operations, drag };
+    this.#late ??= setTimeout(() => this.#showDrag(), frameMs);
     const picture = await this.#planner.askLatest("preview", {
       operations,
       view: this.#samplesView(),
     });
     if (picture === null || this.#preview === null) return;
     if (picture.error !== undefined) {
-      this.dragged.value = { ...this.dragged.value, error: picture.error };
+      this.#showDrag({ error: picture.error });
       return;
     }
     this.#keepCost("plan", performance.now() - begin);
     this.#keepCost("own", picture.ms);
-    this.#show(picture);
+    batch(() => {
+      this.#showDrag();
+      this.#show(picture);
+    });
     this.paint();
     // After the panels, which are rendered in a task that waits already.
     queueMicrotask(() => this.#keepCost("step", performance.now() - begin));
   }
 
-  async finishPreview(label) {
+  #showDrag(more) {
+    clearTimeout(this.#late);
+    this.#late = null;
+    const { drag } = this.#preview;
+    this.dragged.value = more === undefined ? drag : { ...drag, ...more };
+  }
+
+  // What was asked for last; null: nothing was.
+  #endPreview() {
     const preview = this.#preview;
+    clearTimeout(this.#late);
+    this.#late = null;
     this.#preview = null;
     this.#planner.drop("preview");
     this.dragged.value = null;
+    return preview;
+  }
+
+  async finishPreview(label) {
+    const preview = this.#endPreview();
     if (preview !== null) await this.edit(preview.operations, label);
   }
 
   async cancelPreview() {
-    this.#preview = null;
-    this.#planner.drop("preview");
-    this.dragged.value = null;
+    this.#endPreview();
     await this.#plan();
   }
 

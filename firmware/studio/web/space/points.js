@@ -89,6 +89,7 @@ export class PointDrag {
     canvas.focus({ preventScroll: true });
     session.point.value = session.points.value.findIndex((each) => isSame(each, place.point));
     this.start = event;
+    this.hasMoved = false; // from then on its own place is one like others
     this.place = place;
     this.dragged = { point: place.point, at: [...place.point.at] };
   }
@@ -98,8 +99,9 @@ export class PointDrag {
     const begin = performance.now();
     event.stopImmediatePropagation();
     const { place, start } = this;
-    if (Math.hypot(event.offsetX - start.offsetX, event.offsetY - start.offsetY) < stillPixels)
-      return;
+    const [dx, dy] = [event.offsetX - start.offsetX, event.offsetY - start.offsetY];
+    this.hasMoved ||= Math.hypot(dx, dy) >= stillPixels;
+    if (!this.hasMoved) return;
     const from = this.#meet(start, place.at, event.shiftKey);
     const to = this.#meet(event, place.at, event.shiftKey);
     if (from === null || to === null) return;
@@ -107,12 +109,12 @@ export class PointDrag {
     const moves = event.shiftKey ? [false, false, true] : [true, true, false];
     const unit = metres[place.unit];
     const at = place.point.at.map((value, i) =>
-      moves[i] ? roundFor(value + by[i] / unit, 1e-3 / unit) : value,
+      moves[i] && by[i] !== 0 ? roundFor(value + by[i] / unit, 1e-3 / unit) : value,
     );
     this.dragged = { point: place.point, at };
     this.view.showPoints();
     const operations = setPoint(place.point, { at });
-    if (operations.length > 0) void this.view.session.preview(operations, begin);
+    void this.view.session.preview(operations, null, begin);
   }
 
   #end(event, isOff = false) {

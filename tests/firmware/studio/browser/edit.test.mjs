@@ -72,6 +72,20 @@ on("what is drawn while dragging is what is written on release", "dolly", async 
   assert.equal(await hashOf(page), shown);
 });
 
+on("a key that is dragged away and back leaves the text as it is", "dolly", async (page) => {
+  const text = await textOf(page);
+  const at = await keyPoint(page, "dolly", 3);
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  for (const by of [4, 20, 4, 0]) {
+    await page.mouse.move(at.x + by, at.y + by);
+    await page.waitForTimeout(100);
+  }
+  await page.mouse.up();
+  await settle(page);
+  assert.equal(await textOf(page), text);
+});
+
 on("Escape calls a drag off", "dolly", async (page) => {
   const [text, hash] = [await textOf(page), await hashOf(page)];
   await drag(page, await keyPoint(page, "dolly", 2), 30, 30, {
