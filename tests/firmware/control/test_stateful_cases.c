@@ -627,10 +627,10 @@ static void a_goal_next_to_nothing_away_is_reached_at_one_percent(void **state)
 static void episodes_of_a_soak_are_as_they_should_be(void **state)
 {
     static const uint64_t seed[] = {
-        0x6b08ac16, 0x6b08c808, 0x6b07eb31, 0x6b07eef5, 0x6afd87dd, 0x6afd8885,
-        0x6b07f4cd, 0x6b07f649, 0x6b080c9c, 0x6b0810e7, 0x6b082302, 0x6b08339b,
-        0x6b08795b, 0x6b084a51, 0x6b08b328, 0x6b083227, 0x6b094c27, 0x6b09febd,
-        0x6b0c30b5,
+        0x6b08ac16, 0x6b08c808, 0x6b07eb31, 0x6b07eef5, 0x6afd87dd,
+        0x6afd8885, 0x6b07f4cd, 0x6b07f649, 0x6b080c9c, 0x6b0810e7,
+        0x6b082302, 0x6b08339b, 0x6b08795b, 0x6b084a51, 0x6b08b328,
+        0x6b083227, 0x6b094c27, 0x6b09febd, 0x6b0c30b5,
     };
     (void)state;
     for (size_t k = 0; k < ARRAY_LEN(seed); k++) {

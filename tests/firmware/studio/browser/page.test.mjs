@@ -142,7 +142,11 @@ test(
       const context = await own.newContext({ viewport: { width: 1280, height: 800 } });
       const page = await context.newPage();
       await page.goto(studio.url);
-      await page.waitForFunction(() => performance.getEntriesByName("curves").length > 0);
+      await page.waitForFunction(() =>
+        ["first-contentful-paint", "curves"].every(
+          (name) => performance.getEntriesByName(name).length > 0,
+        ),
+      );
       const [paint, curves] = await page.evaluate(() =>
         ["first-contentful-paint", "curves"].map(
           (name) => performance.getEntriesByName(name)[0].startTime,
