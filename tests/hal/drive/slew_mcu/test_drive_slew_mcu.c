@@ -468,9 +468,9 @@ static void a_board_that_is_not_there_is_not_told_for_ever(void **state)
     assert_true(bench->drive[0].own.is_known);
 }
 
-static void a_board_in_fault_stops_the_group(void **state)
+/* Half a second into a move of the boards and of those beside them. */
+static void get_under_way(void)
 {
-    (void)state;
     set_up();
     get_ready();
     make_move(60, 200);
@@ -479,6 +479,12 @@ static void a_board_in_fault_stops_the_group(void **state)
     assert_true(comes(CONTROLLER_MOVING, 5000));
     for (unsigned i = 0; i < 500; i++)
         tick();
+}
+
+static void a_board_in_fault_stops_the_group(void **state)
+{
+    (void)state;
+    get_under_way();
     controller_raise(&bench->board[1].unit.controller, CONTROLLER_FAULT_ESTOP,
                      -1, 0, 0);
     const int64_t since_ns = bench->now_ns;
@@ -499,14 +505,7 @@ static void a_board_in_fault_stops_the_group(void **state)
 static void a_board_that_is_reset_is_lost(void **state)
 {
     (void)state;
-    set_up();
-    get_ready();
-    make_move(60, 200);
-    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
-                     MOTION_OK);
-    assert_true(comes(CONTROLLER_MOVING, 5000));
-    for (unsigned i = 0; i < 500; i++)
-        tick();
+    get_under_way();
     mcu_unit_init(&bench->board[1].unit, &bench->board[1].config);
     mcu_upload_init(&bench->board[1].upload, &bench->board[1].unit);
     mcu_registers_init(&bench->board[1].registers, &bench->board[1].unit,
