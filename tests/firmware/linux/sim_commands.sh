@@ -64,23 +64,24 @@ echo "drive_fault lift code 0x0100" >&3
 until_is alarm 'following error'
 echo "drive_fault nobody" >&3
 until_said "'nobody' is no axis, bus or gpio line of the rig"
+is_mute()
+{
+    if "$slew" drive get 127.0.0.1:15037 5 position --map lexium-32 \
+        >"$dir/get" 2>&1; then
+        fail "answered: $(cat "$dir/get")"
+    fi
+}
 # The connection itself: half open it is made anew; a server that hangs up, and
 # requests that never come, are no answer.
 echo "half_open net" >&3
 until_is position ' 409600 '
 echo "hang_up net for 2 s" >&3
 until_said 'hang_up of net'
-if "$slew" drive get 127.0.0.1:15037 5 position --map lexium-32 \
-    >"$dir/get" 2>&1; then
-    fail "answered: $(cat "$dir/get")"
-fi
+is_mute
 until_is position ' 409600 '
 echo "loss lift rate 100 % direction to for 3 s" >&3
 until_said 'loss of lift, 100 % of the frames, to it'
-if "$slew" drive get 127.0.0.1:15037 5 position --map lexium-32 \
-    >"$dir/get" 2>&1; then
-    fail "answered: $(cat "$dir/get")"
-fi
+is_mute
 until_is position ' 409600 '
 echo "echo net" >&3
 until_said 'bus is no Modbus RTU line'
