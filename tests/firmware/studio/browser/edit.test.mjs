@@ -13,6 +13,7 @@ import {
   settle,
   tab,
   textOf,
+  TICK_MS,
 } from "./studio.mjs";
 
 let browser;
@@ -22,7 +23,7 @@ after(() => browser.close());
 // Each test has a studio and a page of its own.
 function on(name, example, body, options = {}) {
   test(name, { timeout: 120000 }, async () => {
-    const studio = await serve(example, options.change);
+    const studio = await serve(example, options.change, TICK_MS);
     try {
       const page = await open(browser, studio.url, options);
       await body(page, studio);

@@ -3,21 +3,15 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { launch, open, picture, serve, settle, tab, textOf, until } from "./studio.mjs";
+import { launch, open, picture, serve, settle, tab, textOf, TICK_MS, until } from "./studio.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
 after(() => browser.close());
 
-// Ten ticks lost in a row stop a machine.  Beside a browser that draws on the
-// processor a tick of 1 ms is lost too often; ten of these are a tenth of a second.
-const TICK_MS = 10;
-
-const slowly = (rig, move) => [`tick: ${TICK_MS} ms\n${rig.replace(/^tick: .*\n/m, "")}`, move];
-
-function on(name, body, change = (rig, move) => [rig, move], example = "dolly") {
+function on(name, body, change, example = "dolly") {
   test(name, { timeout: 120000 }, async () => {
-    const studio = await serve(example, (rig, move) => slowly(...change(rig, move)));
+    const studio = await serve(example, change, TICK_MS);
     try {
       const page = await open(browser, studio.url);
       await until(page, "frames", () => globalThis.studio.machine.isFresh.value);

@@ -42,13 +42,24 @@ async function answers(url, child) {
   throw new Error("slew studio does not answer");
 }
 
+// Ten ticks lost in a row stop a machine.  Beside a browser that draws on the
+// processor a tick of 1 ms is lost too often; ten of these are a tenth of a second.
+export const TICK_MS = 10;
+
+function slowly(rig, tickMs) {
+  const line = `tick: ${tickMs} ms\n`;
+  return /^tick: /m.test(rig) ? rig.replace(/^tick: .*\n/m, line) : line + rig;
+}
+
 // A rig and a move in a directory of their own, served.  `change` may write them anew
-// before: (rig text, move text) => [rig text, move text].
-export async function serve(example, change = (rig, move) => [rig, move]) {
+// before: (rig text, move text) => [rig text, move text]; with `tickMs` the rig has
+// this tick instead of its own.
+export async function serve(example, change = (rig, move) => [rig, move], tickMs = 0) {
   const directory = mkdtempSync(join(tmpdir(), "studio-"));
   cpSync(join("examples", example), directory, { recursive: true });
   const paths = ["rig.yaml", "move.yaml"].map((name) => join(directory, name));
   const texts = change(...paths.map((path) => readFileSync(path, "utf8")));
+  if (tickMs) texts[0] = slowly(texts[0], tickMs);
   paths.forEach((path, i) => writeFileSync(path, texts[i]));
   const port = await freePort();
   const arguments_ = ["studio", directory, "--port", String(port), "--no-browser"];
