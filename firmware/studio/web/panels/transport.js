@@ -48,7 +48,7 @@ function Way({ session, machine, way, onClose }) {
           </tbody>
         </table>
         <p>Each axis goes straight there; all of it takes ${longest.toFixed(1)} s.
-        ${session.way.value?.poses ? " The dashed line in Space is the way of the camera." : ""} Look that the way is free.</p>`
+        ${session.way.value?.poses ? " The dashed line in Space is the path of the camera." : ""} Check that nothing is in the way.</p>`
     }
     <div class="buttons">
       <button class="primary" onClick=${() => {
