@@ -149,6 +149,8 @@ static void homing_end(struct homing *homing, enum homing_state state)
 {
     homing_release(homing);
     homing->controller->homing = false;
+    homing->mode_requested =
+        false; /* after a fault the controller sees to it */
     homing->state = state;
 }
 

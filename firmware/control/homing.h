@@ -47,6 +47,8 @@
  * whatever tick it comes.  The axis brakes by its stop limits then; before the
  * edge was met it is as unhomed as before, after that its position is known
  * although it did not GO.  On GO range and switches are the controller's again.
+ * A drive that was asked to home is asked back to its usual mode; one that is not
+ * back 5 s after the failure, standing, is braked by its quick stop.
  * A hold keeps the next leg from beginning until it is resumed.
  *
  * Called between ticks; plans, so divides.  No heap, no clock. */

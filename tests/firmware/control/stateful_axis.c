@@ -206,9 +206,11 @@ const struct hal_gpio_ops stateful_line_ops = { .get = line_get,
 
 /* --- time passes -------------------------------------------------------- */
 
-/* It holds where it is, and has no set point yet. */
+/* It holds where its encoder says that it is, and has no set point yet. */
 static void axis_takes_over(struct stateful_axis *axis)
 {
+    axis->pos_q32 += axis->slip_q32;
+    axis->slip_q32 = 0;
     axis->sag_q32 = 0;
     axis->vel = 0;
     axis->hold_q32 = axis->pos_q32;
@@ -229,8 +231,6 @@ static void axis_coast(struct stateful_axis *axis, double dt)
 static void axis_up(struct stateful_axis *axis)
 {
     axis->state = HAL_DRIVE_ENABLED;
-    axis->pos_q32 += axis->slip_q32;
-    axis->slip_q32 = 0;
     axis_takes_over(axis);
 }
 

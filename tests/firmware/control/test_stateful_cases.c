@@ -623,14 +623,19 @@ static void a_goal_next_to_nothing_away_is_reached_at_one_percent(void **state)
  *     into ways to bring r' to 0 at once, of which none fitted, and r' rose as if
  *     nothing had been asked for;
  *   - a hold while r' < 0 was on its way up was to begin some ticks later: the rate
- *     went below 0 in these, and the path backwards. */
+ *     went below 0 in these, and the path backwards;
+ *   - an axis slipped while its drive homed by itself, and leapt by that when the
+ *     drive took set points again: the bench's drive did not begin where it had
+ *     measured that it was;
+ *   - a fault ended the homing of a drive, and the next homing, of another axis, waited
+ *     for that axis's drive to come back from a mode that it never was in. */
 static void episodes_of_a_soak_are_as_they_should_be(void **state)
 {
     static const uint64_t seed[] = {
-        0x6b08ac16, 0x6b08c808, 0x6b07eb31, 0x6b07eef5, 0x6afd87dd,
-        0x6afd8885, 0x6b07f4cd, 0x6b07f649, 0x6b080c9c, 0x6b0810e7,
-        0x6b082302, 0x6b08339b, 0x6b08795b, 0x6b084a51, 0x6b08b328,
-        0x6b083227, 0x6b094c27, 0x6b09febd, 0x6b0c30b5,
+        0x6b08ac16, 0x6b08c808, 0x6b07eb31, 0x6b07eef5, 0x6afd87dd, 0x6afd8885,
+        0x6b07f4cd, 0x6b07f649, 0x6b080c9c, 0x6b0810e7, 0x6b082302, 0x6b08339b,
+        0x6b08795b, 0x6b084a51, 0x6b08b328, 0x6b083227, 0x6b094c27, 0x6b09febd,
+        0x6b0c30b5, 0x6b0ac8f8, 0x6b0fc877,
     };
     (void)state;
     for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
@@ -820,6 +825,39 @@ static void a_jog_after_homing_that_was_stopped_moves_the_axis(void **state)
     }
 }
 
+/* The drive of the second axis refuses another mode while its axis, held back,
+ * still comes up to its set point: it was in none, and there is nothing to wait
+ * for. */
+static void a_homing_that_a_fault_ended_leaves_nothing_to_the_next(void **state)
+{
+    (void)state;
+    lay(2, 700 * UNIT);
+    bench.axis[0].homes = true;
+    bench.home[0].by = HOMING_DRIVE;
+    bench.axis_config[1].following_floor_q32 = 1000 * UNIT;
+    enable();
+    assert_int_equal(stateful_homing(&bench, 1), MOTION_OK);
+    assert_true(run_to(HOMING_RUN));
+    bench.judge.causes = (uint32_t)1 << CONTROLLER_FAULT_DRIVE;
+    bench.axis[0].state = HAL_DRIVE_FAULT;
+    run(100);
+    in_state(CONTROLLER_FAULT);
+    assert_int_equal(stateful_reset(&bench), MOTION_OK);
+    run(100);
+    assert_int_equal(stateful_enable(&bench), MOTION_OK);
+    run(20);
+    in_state(CONTROLLER_READY);
+    bench.axis[1].lag_s = 0.5;
+    assert_int_equal(stateful_homing(&bench, 2), MOTION_OK);
+    run(500);
+    stateful_stop(&bench);
+    for (int n = 0; n < 1000 && homing_is_running(&bench.homing); n++)
+        run(1);
+    assert_false(homing_is_running(&bench.homing));
+    in_state(CONTROLLER_READY);
+    assert_true(bench.axis[1].vel < -10);
+}
+
 /* The jog is on its way to rest already; the second stop goes on with that. */
 static void a_stop_of_a_jog_that_is_held_ends_in_ready(void **state)
 {
@@ -874,6 +912,8 @@ int main(void)
             an_axis_that_arrived_before_its_track_stands_at_its_goal),
         cmocka_unit_test(an_axis_by_goals_is_watched_where_it_stands),
         cmocka_unit_test(a_jog_after_homing_that_was_stopped_moves_the_axis),
+        cmocka_unit_test(
+            a_homing_that_a_fault_ended_leaves_nothing_to_the_next),
         cmocka_unit_test(a_stop_of_a_jog_that_is_held_ends_in_ready),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
