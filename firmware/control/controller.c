@@ -256,6 +256,7 @@ static void controller_follow(struct controller_axis *axis)
         (struct hal_drive_target){ .pos_q32 = axis->feedback.pos_q32 };
     axis->sent_count = 0;
     axis->following_q32 = 0;
+    axis->away = 0;
     (void)controller_to_drive(axis, &axis->target);
 }
 
