@@ -1,6 +1,7 @@
 /* sim/device/servo.c - see servo.h. */
 #include "sim/device/servo.h"
 
+#include <math.h>
 #include <stddef.h>
 
 #define SERVO_LOOP_NS     125000
@@ -80,6 +81,20 @@ void sim_servo_turn(struct sim_servo *self, bool torque, int64_t demand_q24,
     self->plant_ns += dt_ns;
     if (self->plant.winding.given)
         sim_servo_feel(self, torque);
+}
+
+void sim_servo_push(struct sim_servo *self, double share)
+{
+    const double held = isnan(share) ? 0 : fmin(fmax(share, -16), 16);
+
+    self->plant.push_q8 =
+        llround(held * 256 * (double)self->plant.config.acc_max_counts_s2);
+}
+
+double sim_servo_torque(const struct sim_servo *self)
+{
+    return (double)self->plant.acc_q8 / 256 /
+           (double)self->plant.config.acc_max_counts_s2;
 }
 
 void sim_servo_boot(struct sim_servo *self, int64_t boot_ns)

@@ -84,6 +84,11 @@ void sim_servo_advance(struct sim_servo *self);
  * taken then, so whatever looks at the plant after it may. */
 void sim_servo_turn(struct sim_servo *self, bool torque, int64_t demand_q24,
                     int64_t demand_vel_q24, int64_t dt_ns);
+/* Feed-forward from now on, a share of the torque at the current limit; +-16 at
+ * most, and none where it is not a number. */
+void sim_servo_push(struct sim_servo *self, double share);
+/* As applied in the last step, a share of that at the current limit. */
+double sim_servo_torque(const struct sim_servo *self);
 /* Hears nothing for so long. */
 void sim_servo_boot(struct sim_servo *self, int64_t boot_ns);
 

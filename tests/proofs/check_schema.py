@@ -120,6 +120,8 @@ BEYOND = {
     "rig_line_axis_unknown",
     "rig_line_axis_unused",
     "rig_homing_hard_stop_torque",
+    "rig_homing_hard_stop_modbus",
+    "rig_homing_hard_stop_unrated",
     "rig_homing_torque_of_switch",
     "rig_line_discrepancy",
     "rig_line_lamp_bias",

@@ -43,7 +43,7 @@ struct rig_frame {
     bool is_before; /* the set points, in a tick: a question and its answer */
     bool is_answer; /* with a position */
 };
-#define RIG_FRAMES_MAX 4
+#define RIG_FRAMES_MAX 6
 
 /* A reader returns 0, or -1 with a sentence. */
 struct rig_kind {
@@ -74,7 +74,8 @@ struct rig_kind {
     bool has_heartbeat;          /* which it sends by itself */
     uint32_t code_max;           /* of its faults, from 1 */
     bool has_inputs;     /* says which of its own switches are pressed */
-    bool reports_torque; /* in thousandths of the rated one */
+    bool reports_torque; /* in thousandths of the rated one, */
+    bool torque_in_nm;   /* or in Nm: by rated_torque of the rig file */
     bool has_map;        /* its registers are described by a file */
     bool samples;        /* it is a board, which is given whole tracks */
     /* On a Modbus line: how long its transactions of one cycle take, and how

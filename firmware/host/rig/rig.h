@@ -198,6 +198,10 @@ struct rig_axis {
      * looked at */
     uint16_t enable_watchdog, watchdog_timeout;
     char endpoints[RIG_PATH_MAX]; /* the list; "": none */
+    /* Of a drive that says its torque in Nm: what is rated; 0: it is not asked
+     * for.  Of an ODrive with firmware 0.5: Nm per A; 0: not known */
+    int32_t rated_torque_mnm;
+    int64_t torque_constant_q32;
     /* Modbus: the drive goes from key to key by its own profile, which is over
      * settle_ns (0: modbus_budget.h has it) before the next one is due, and may
      * be so much late */

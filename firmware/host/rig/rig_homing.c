@@ -66,6 +66,25 @@ static int rig_homing_told(const struct yaml_value *value, void *reader)
                : 0;
 }
 
+/* Does the drive say how hard it presses, and of what that is a share? */
+static int rig_homing_torque(const struct yaml_value *value, void *reader)
+{
+    const struct rig_kind *drive = rig_homing_drive(reader);
+    const struct yaml_value unrated = {
+        value->tree, value->node, value->name,
+        "rated_torque in the axis's drive, of which torque is a share"
+    };
+    if (!drive->reports_torque)
+        return yaml_value_refuse(value, "hard-stop is only for a cia402, "
+                                        "odrive or moteus drive, which report "
+                                        "their torque");
+    if (drive->torque_in_nm &&
+        ((struct rig_reader *)reader)->axis->rated_torque_mnm == 0)
+        return yaml_value_refuse(&unrated,
+                                 "hard-stop has a drive without rated_torque");
+    return 0;
+}
+
 static int rig_read_homing_by(void *reader, const struct yaml_value *value,
                               void *out)
 {
@@ -76,9 +95,8 @@ static int rig_read_homing_by(void *reader, const struct yaml_value *value,
     const char *cannot = rig_homing_drive(reader)->cannot_home;
     if (index == HOMING_DRIVE && cannot != NULL)
         return yaml_value_refuse(value, "drive is not for %s", cannot);
-    if (index == HOMING_HARD_STOP && !rig_homing_drive(reader)->reports_torque)
-        return yaml_value_refuse(value, "hard-stop is only for a cia402 drive, "
-                                        "which reports its torque");
+    if (index == HOMING_HARD_STOP && rig_homing_torque(value, reader) < 0)
+        return -1;
     *(enum homing_by *)out = (enum homing_by)index;
     return 0;
 }

@@ -266,19 +266,13 @@ static bool moteus_take(struct drive_moteus *self,
                         int64_t now_ns)
 {
     struct drive_turn *turn = &self->turn;
-    int64_t torque_mnm = 0;
 
     if (!drive_turn_note(turn, hal_float32_to_fixed(answer->pos, 32),
                          hal_float32_to_fixed(answer->vel, 32), t_ns))
         return false;
     self->heard = true;
     self->heard_ns = now_ns;
-    turn->torque_known =
-        hal_float32_is_finite(answer->torque) &&
-        motion_fixed_mulshift(hal_float32_to_fixed(answer->torque, 16), 1000,
-                              16, &torque_mnm) == MOTION_OK &&
-        torque_mnm >= INT32_MIN && torque_mnm <= INT32_MAX;
-    turn->torque_mnm = turn->torque_known ? (int32_t)torque_mnm : 0;
+    drive_turn_note_torque(turn, answer->torque, MOTION_FIXED_ONE_Q32);
     moteus_take_state(self, answer);
     moteus_take_complete(self, answer, now_ns);
     return true;

@@ -89,7 +89,7 @@ static uint32_t odrive_seconds(int64_t t_ns)
 static bool odrive_is_legal(const struct drive_odrive_config *config)
 {
     return config->node <= DRIVE_ODRIVE_NODE_MAX && config->heartbeat_ns >= 0 &&
-           config->silence_ns >= 0 &&
+           config->silence_ns >= 0 && config->torque_constant_q32 >= 0 &&
            (config->watchdog_timeout == 0 ||
             (config->enable_watchdog != 0 && config->watchdog_ns > 0 &&
              config->watchdog_ns <= 10000 * MS));

@@ -10,6 +10,8 @@
  * feed-forward.
  * Positions: what the drive sends by itself; in a cycle without one it is asked
  * (remote frame), which feeds its watchdog too.
+ * Torque: where config says so it is asked for every 10 ms, by Get_Torques, and
+ * of firmware 0.5 as the current of Get_Iq; not known 30 ms after an answer.
  * Off: Set_Axis_State idle, and Estop when that does not help; both let the
  * motor coast: a vertical axis needs a brake.
  *
@@ -52,6 +54,10 @@ struct drive_odrive_config {
      * written there; 0, 0: its watchdog is not looked at */
     uint16_t enable_watchdog, watchdog_timeout;
     int64_t watchdog_ns;
+    bool reads_torque;
+    /* 0.5: Nm per A, its motor.config.torque_constant, >= 0; 0: its torque is
+     * not known */
+    int64_t torque_constant_q32;
 };
 
 enum drive_odrive_start {
@@ -77,11 +83,13 @@ struct drive_odrive {
     int64_t heartbeat_ns; /* last heard; 0: never */
     uint32_t error, reason;
     uint8_t axis_state;
-    uint8_t result; /* 0.6: of the last procedure */
-    uint8_t parts;  /* 0.5: which have an error; 1 motor, 2 encoder,
+    uint8_t result;    /* 0.6: of the last procedure */
+    uint8_t parts;     /* 0.5: which have an error; 1 motor, 2 encoder,
                        4 controller */
-    bool was_told;  /* a position since the last cycle */
-    bool passes;    /* in passthrough, as far as we have told it */
+    int64_t torque_ns; /* heard */
+    int64_t torque_due_ns;
+    bool was_told; /* a position since the last cycle */
+    bool passes;   /* in passthrough, as far as we have told it */
     bool reason_requested;
     uint8_t version[8]; /* 0.6: as Get_Version has it */
 };

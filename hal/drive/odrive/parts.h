@@ -20,7 +20,9 @@ enum odrive_command {
     ODRIVE_SET_INPUT_TORQUE = 0x0E,
     ODRIVE_SET_TRAJ_VEL = 0x11,
     ODRIVE_SET_TRAJ_ACC = 0x12,
+    ODRIVE_GET_IQ = 0x14,
     ODRIVE_CLEAR_ERRORS = 0x18,
+    ODRIVE_GET_TORQUES = 0x1C, /* 0.6; ADC voltage in 0.5 */
 };
 
 enum odrive_state {

@@ -11,6 +11,8 @@
 #define MS         INT64_C(1000000)
 /* A heartbeat that left the drive before it took a go says nothing of it. */
 #define GO_TAKEN_NS (3 * MS)
+/* From one question for its torque to the next. */
+#define TORQUE_NS (10 * MS)
 
 static struct drive_odrive *odrive_of(struct can_bus_node *node)
 {
@@ -178,6 +180,23 @@ static void odrive_request_reason(struct drive_odrive *self)
     self->reason_requested = wanted;
 }
 
+static bool odrive_says_current(const struct drive_odrive *self)
+{
+    return self->family == DRIVE_ODRIVE_05;
+}
+
+static void odrive_watch_torque(struct drive_odrive *self, int64_t now_ns)
+{
+    if (now_ns - self->torque_ns > 3 * TORQUE_NS)
+        drive_turn_forget_torque(&self->turn);
+    if (!self->config.reads_torque || !drive_turn_is_watched(&self->turn) ||
+        now_ns < self->torque_due_ns)
+        return;
+    self->torque_due_ns = now_ns + TORQUE_NS;
+    odrive_request(self, odrive_says_current(self) ? ODRIVE_GET_IQ
+                                                   : ODRIVE_GET_TORQUES);
+}
+
 static void drive_odrive_step(struct can_bus_node *node, int64_t now_ns)
 {
     struct drive_odrive *self = odrive_of(node);
@@ -189,6 +208,7 @@ static void drive_odrive_step(struct can_bus_node *node, int64_t now_ns)
         self->heartbeat_ns != 0)
         odrive_request(self, ODRIVE_GET_ESTIMATES);
     self->was_told = false;
+    odrive_watch_torque(self, now_ns);
 }
 
 /* ---- in ---- */
@@ -288,6 +308,23 @@ static bool odrive_take_estimates(struct drive_odrive *self,
     return true;
 }
 
+/* The target, then what there is: Nm, and of 0.5 A. */
+static void odrive_take_torque(struct drive_odrive *self, unsigned command,
+                               const uint8_t data[8], int64_t now_ns)
+{
+    const bool is_current = odrive_says_current(self);
+
+    if (!self->config.reads_torque || self->start != DRIVE_ODRIVE_FOUND ||
+        command !=
+            (unsigned)(is_current ? ODRIVE_GET_IQ : ODRIVE_GET_TORQUES) ||
+        (is_current && self->config.torque_constant_q32 == 0))
+        return;
+    drive_turn_note_torque(&self->turn, hal_float32_get(&data[4]),
+                           is_current ? self->config.torque_constant_q32
+                                      : MOTION_FIXED_ONE_Q32);
+    self->torque_ns = now_ns;
+}
+
 /* active_errors, then disarm_reason. */
 static void odrive_take_error(struct drive_odrive *self, const uint8_t data[8])
 {
@@ -329,6 +366,8 @@ static enum can_bus_take odrive_take(struct drive_odrive *self,
         odrive_take_error(self, frame->data);
     else if (command == ODRIVE_TX_SDO && self->family == DRIVE_ODRIVE_06)
         odrive_take_parameter(self, frame->data);
+    else
+        odrive_take_torque(self, command, frame->data, now_ns);
     return CAN_BUS_TAKEN;
 }
 

@@ -172,6 +172,12 @@ struct drive_turn_point drive_turn_point(const struct drive_turn *self);
  * False: no motor is there, or so fast; it is not believed. */
 bool drive_turn_note(struct drive_turn *self, int64_t pos_q32, int64_t vel_q32,
                      int64_t t_ns);
+/* Its torque was heard: a float of `nm_q32` Nm.  One that is none, or that no
+ * motor has, is not known. */
+void drive_turn_note_torque(struct drive_turn *self, uint32_t heard,
+                            int64_t nm_q32);
+/* It is not known any more. */
+void drive_turn_forget_torque(struct drive_turn *self);
 /* The drive has found its zero and stands on it: that is home.pos_q32. */
 void drive_turn_homed(struct drive_turn *self);
 /* It stands where it is: the set point is the actual position. */

@@ -2,6 +2,8 @@
  * See drive.h. */
 #include "hal/drive/turn/parts.h"
 
+#include "hal/support/float32.h"
+#include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
 /* Slower is standing: 1/64 turn/s, above the noise of a velocity estimate. */
@@ -138,6 +140,28 @@ bool drive_turn_note(struct drive_turn *self, int64_t pos_q32, int64_t vel_q32,
     self->actual_ns = t_ns - self->config.answer_ns;
     self->positioned = true;
     return true;
+}
+
+void drive_turn_forget_torque(struct drive_turn *self)
+{
+    self->torque_known = false;
+    self->torque_mnm = 0;
+}
+
+void drive_turn_note_torque(struct drive_turn *self, uint32_t heard,
+                            int64_t nm_q32)
+{
+    int64_t mnm_q32, torque_mnm;
+
+    drive_turn_forget_torque(self);
+    if (!hal_float32_is_finite(heard) ||
+        motion_fixed_mulshift(nm_q32, 1000, 0, &mnm_q32) < 0 ||
+        motion_fixed_mulshift(hal_float32_to_fixed(heard, 16), mnm_q32, 48,
+                              &torque_mnm) < 0 ||
+        torque_mnm < INT32_MIN || torque_mnm > INT32_MAX)
+        return;
+    self->torque_known = true;
+    self->torque_mnm = (int32_t)torque_mnm;
 }
 
 bool drive_turn_in_force(const struct drive_turn *self, int64_t t_ns,

@@ -89,6 +89,8 @@ static void moteus_step(struct sim_servo *base, int64_t dt_ns)
 
     if (torque)
         moteus_step_demand(self, (double)dt_ns / MOTEUS_S);
+    sim_servo_push(base, (double)self->command[SIM_MOTEUS_COMMAND_TORQUE] /
+                             self->config.torque_nm);
     sim_servo_turn(base, torque, moteus_q24(self->demand),
                    moteus_q24(self->demand_vel), dt_ns);
 }
@@ -107,6 +109,12 @@ static double moteus_velocity(struct sim_moteus *self)
 {
     sim_servo_advance(&self->base);
     return moteus_turns(self->base.plant.vel_q24);
+}
+
+static double moteus_torque_nm(struct sim_moteus *self)
+{
+    sim_servo_advance(&self->base);
+    return sim_servo_torque(&self->base) * self->config.torque_nm;
 }
 
 /* Model, firmware 0.3.4, version of the registers, id; serial number. */
@@ -140,7 +148,7 @@ bool sim_moteus_read(struct sim_moteus *self, unsigned reg, double *value)
     else if (reg == 0x002)
         *value = moteus_velocity(self);
     else if (reg == 0x003)
-        *value = (double)self->command[SIM_MOTEUS_COMMAND_TORQUE];
+        *value = moteus_torque_nm(self);
     else if (reg == 0x00B)
         *value = self->complete;
     else if (reg == 0x00D)
@@ -294,8 +302,10 @@ int sim_moteus_init(struct sim_moteus *self, struct sim_can_bus *bus,
     int err;
 
     *self = (struct sim_moteus){ .config = *config };
+    if (config->torque_nm == 0)
+        self->config.torque_nm = 1;
     if (config->id < 1 || config->id > 127 || config->boot_ns < 0 ||
-        bus->fd_factor == 0)
+        config->torque_nm < 0 || bus->fd_factor == 0)
         return MOTION_E_ARG;
     err = sim_servo_init(&self->base, bus, &moteus_ops, &config->plant,
                          config->start_counts, config->loop_ns);

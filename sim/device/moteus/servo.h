@@ -7,6 +7,8 @@
  * not know.  Written from mjbots' protocol pages, independently of hal/; floats
  * are the compiler's.
  *
+ * Its torque is that of the loop, and of feed-forward.
+ *
  * One turn is SIM_MOTEUS_COUNTS of the plant's counts. */
 #ifndef SIM_DEVICE_MOTEUS_SERVO_H
 #define SIM_DEVICE_MOTEUS_SERVO_H
@@ -23,8 +25,9 @@ struct sim_moteus_config {
     uint8_t id; /* 1..127 */
     struct sim_plant_config plant;
     int32_t start_counts;
-    int64_t loop_ns; /* as sim/device/servo.h */
-    int64_t boot_ns; /* power-on until it answers */
+    int64_t loop_ns;  /* as sim/device/servo.h */
+    int64_t boot_ns;  /* power-on until it answers */
+    double torque_nm; /* at its current limit; 0: 1 Nm */
 };
 
 struct sim_moteus {

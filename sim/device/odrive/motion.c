@@ -91,5 +91,9 @@ void odrive_motion_step(struct sim_servo *base, int64_t dt_ns)
 
     if (torque)
         odrive_motion_demand(self, dt_ns);
+    sim_servo_push(base, self->axis_state == SIM_ODRIVE_CLOSED_LOOP &&
+                                 self->input_mode == SIM_ODRIVE_PASSTHROUGH
+                             ? (double)self->torque / self->config.torque_nm
+                             : 0);
     sim_servo_turn(base, torque, self->demand_q24, self->demand_vel_q24, dt_ns);
 }

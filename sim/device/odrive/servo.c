@@ -11,8 +11,6 @@
 #define ODRIVE_S         1e9
 #define ODRIVE_REBOOT_NS (400 * ODRIVE_MS)
 
-#define ODRIVE_A_PER_NM 2.5f
-
 #define ODRIVE_ERROR_INVALID_STATE UINT32_C(0x1)
 
 /* The same trouble in the two firmwares. */
@@ -138,10 +136,18 @@ static void odrive_pair(struct sim_odrive *self, unsigned command, float first,
     odrive_transmit(self, command, data);
 }
 
+static double odrive_torque_nm(struct sim_odrive *self)
+{
+    sim_servo_advance(&self->base);
+    return sim_servo_torque(&self->base) * self->config.torque_nm;
+}
+
 static void odrive_currents(struct sim_odrive *self)
 {
-    odrive_pair(self, 0x14, self->torque * ODRIVE_A_PER_NM,
-                self->torque * ODRIVE_A_PER_NM);
+    const float current_a =
+        (float)(odrive_torque_nm(self) / self->config.torque_constant);
+
+    odrive_pair(self, 0x14, current_a, current_a);
 }
 
 static void odrive_temperatures(struct sim_odrive *self)
@@ -156,7 +162,9 @@ static void odrive_supply(struct sim_odrive *self)
 
 static void odrive_torques(struct sim_odrive *self)
 {
-    odrive_pair(self, 0x1C, self->torque, self->torque);
+    const float torque_nm = (float)odrive_torque_nm(self);
+
+    odrive_pair(self, 0x1C, torque_nm, torque_nm);
 }
 
 static void odrive_powers(struct sim_odrive *self)
@@ -518,12 +526,17 @@ static void odrive_defaults(struct sim_odrive_config *config)
         config->heartbeat_ns = 100 * ODRIVE_MS;
     if (config->estimates_ns == 0)
         config->estimates_ns = 10 * ODRIVE_MS;
+    if (config->torque_nm == 0)
+        config->torque_nm = 1;
+    if (config->torque_constant == 0)
+        config->torque_constant = 0.4;
 }
 
 static bool odrive_is_legal(const struct sim_odrive_config *config)
 {
     return config->node <= 62 && config->boot_ns >= 0 &&
-           config->heartbeat_ns > 0;
+           config->heartbeat_ns > 0 && config->torque_nm > 0 &&
+           config->torque_constant > 0;
 }
 
 int sim_odrive_init(struct sim_odrive *self, struct sim_can_bus *bus,

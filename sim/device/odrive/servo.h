@@ -9,7 +9,8 @@
  *
  * One turn is SIM_ODRIVE_COUNTS of the plant's counts.
  *
- * Of the supply, temperatures and powers it says what never changes.
+ * Its torque is that of the loop, and of feed-forward.  Of the supply,
+ * temperatures and powers it says what never changes.
  *
  * What was chosen here: it has the states idle, closed loop and homing; any
  * other is refused with "invalid state".  Homing goes to its end stop at a
@@ -28,12 +29,14 @@ struct sim_odrive_config {
     uint8_t node; /* 0..62 */
     bool is_05;   /* firmware 0.5.6; else 0.6 */
     struct sim_plant_config plant;
-    int32_t start_counts; /* its position when it is switched on, */
-    int32_t home_counts;  /* and of its end stop, counted so */
-    int64_t loop_ns;      /* as sim/device/servo.h */
-    int64_t heartbeat_ns; /* 0: 100 ms */
-    int64_t estimates_ns; /* 0: 10 ms; below 0: only when asked */
-    int64_t boot_ns;      /* power-on to the first heartbeat */
+    int32_t start_counts;   /* its position when it is switched on, */
+    int32_t home_counts;    /* and of its end stop, counted so */
+    int64_t loop_ns;        /* as sim/device/servo.h */
+    int64_t heartbeat_ns;   /* 0: 100 ms */
+    int64_t estimates_ns;   /* 0: 10 ms; below 0: only when asked */
+    int64_t boot_ns;        /* power-on to the first heartbeat */
+    double torque_nm;       /* at its current limit; 0: 1 Nm */
+    double torque_constant; /* Nm per A; 0: 0.4 */
     /* 0.6: where the two parameters are */
     uint16_t enable_watchdog, watchdog_timeout;
 };
@@ -54,7 +57,7 @@ struct sim_odrive {
     int64_t zero_q24; /* its position 0 */
     int64_t input_q24, input_vel_q24;
     int64_t demand_q24, demand_vel_q24; /* of the trajectory */
-    float torque;
+    float torque;                       /* feed-forward, Nm */
     float traj_vel, traj_acc, traj_dec; /* turns */
     bool traj_new, traj_done;
 

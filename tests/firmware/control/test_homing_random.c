@@ -169,7 +169,10 @@ static void draw_drive(void)
 
 static void draw_hard_stop(void)
 {
-    read_rig("tests/data/homing/hard_stop.yaml", (unsigned)below(2));
+    const bool by_turns = below(2) == 0;
+    read_rig(by_turns ? "tests/data/homing/hard_stop_turns.yaml"
+                      : "tests/data/homing/hard_stop.yaml",
+             (unsigned)below(by_turns ? 3 : 2));
     draw_speeds();
     struct rig_axis *axis = &rig.axis[0];
     axis->homing.fast_q32 =

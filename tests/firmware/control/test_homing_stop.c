@@ -76,6 +76,34 @@ static void a_stop_that_it_stands_at_is_met_while_speeding_up(void **state)
     }
 }
 
+/* By Get_Torques of an ODrive 0.6, Get_Iq of a 0.5, register 3 of a moteus; two of
+ * them run the other way round than their axis. */
+static void drives_that_count_turns_home_by_their_torque(void **state)
+{
+    static const int before_um[] = { 0, 50, 700, 30000 };
+    (void)state;
+    for (unsigned axis = 0; axis < 3; axis++)
+        for (size_t i = 0; i < ARRAY_LEN(before_um); i++) {
+            read_axis("tests/data/homing/hard_stop_turns.yaml", axis);
+            start_at(before_um[i] * UM);
+            power_on();
+            expect_homed(rig.axis[0].sim.start_q32);
+            down(NULL);
+        }
+}
+
+/* A 0.5 says its current alone. */
+static void without_a_torque_constant_a_current_is_no_torque(void **state)
+{
+    (void)state;
+    read_axis("tests/data/homing/hard_stop_turns.yaml", 1);
+    rig.axis[0].torque_constant_q32 = 0;
+    power_on();
+    homes();
+    assert_int_equal(machine.homing.error, HOMING_NO_TORQUE);
+    assert_false(machine.controller.axis[0].homed);
+}
+
 static void without_a_stop_it_is_not_found(void **state)
 {
     (void)state;
@@ -120,6 +148,8 @@ int main(void)
 #define RUN(test) cmocka_unit_test_teardown(test, down)
     const struct CMUnitTest tests[] = {
         RUN(a_stop_that_it_stands_at_is_met_while_speeding_up),
+        RUN(drives_that_count_turns_home_by_their_torque),
+        RUN(without_a_torque_constant_a_current_is_no_torque),
         RUN(without_a_stop_it_is_not_found),
         RUN(a_load_that_takes_its_torque_to_speed_up_is_no_stop),
     };

@@ -18,6 +18,8 @@ static const struct yaml_field rig_moteus_fields[] = {
     { "node", YAML_REQUIRED, "an id, 1 .. 127, of its own on the bus",
       rig_read_drive_node, offsetof(struct rig_axis, node_id) },
     { "turns", YAML_REQUIRED, RIG_TURN_EXPECTED, rig_read_turn, 0 },
+    { "rated_torque", YAML_OPTIONAL, RIG_RATED_TORQUE_EXPECTED,
+      rig_read_rated_torque, offsetof(struct rig_axis, rated_torque_mnm) },
 };
 const struct yaml_shape rig_moteus_shape = { "moteus_drive", rig_moteus_fields,
                                              ARRAY_LEN(rig_moteus_fields) };
@@ -96,6 +98,8 @@ const struct rig_kind rig_kind_moteus = {
     .code_max = UINT8_MAX,
     .is_for = moteus_is_for,
     .read = moteus_read,
+    .reports_torque = true,
+    .torque_in_nm = true,
     .cannot_home = "a moteus, which has no homing of its own",
     .frames = moteus_frames,
     .expect = moteus_expect,

@@ -4,12 +4,16 @@
  * Per tick: set point (8 bytes), the question for a position (remote) and its
  * answer (8 bytes); per heartbeat period one of 8 bytes.  It says its position
  * by itself too, every 10 ms as it is delivered, and is not asked in such a
- * tick: no more than one each tick, or one each 10 ms. */
+ * tick: no more than one each tick, or one each 10 ms.  Where it is asked for its
+ * torque, that and the answer (8 bytes) in the first tick after 10 ms. */
 #include "firmware/host/kind/turn/budget.h"
 #include "firmware/host/kind/odrive/parts.h"
 #include "hal/drive/odrive/drive.h"
+#include "hal/support/float32.h"
+#include "motion/core/fixed.h"
 
 #define ODRIVE_ESTIMATES_NS INT64_C(10000000)
+#define ODRIVE_TORQUE_NS    INT64_C(10000000)
 
 static int64_t estimates_ns(const struct rig *rig)
 {
@@ -21,8 +25,9 @@ unsigned odrive_frames(const struct rig *rig, unsigned i,
                        struct rig_frame frame[RIG_FRAMES_MAX])
 {
     const int64_t tick_ns = rig->period_ns;
+    const int64_t torque_ns =
+        (ODRIVE_TORQUE_NS + tick_ns - 1) / tick_ns * tick_ns;
 
-    (void)i;
     frame[0] =
         (struct rig_frame){ "set point", tick_ns, turn_classic_bits(8), 0, 0 };
     frame[1] =
@@ -31,13 +36,18 @@ unsigned odrive_frames(const struct rig *rig, unsigned i,
                                    turn_classic_bits(8), 1, 1 };
     frame[3] = (struct rig_frame){ "heartbeat", rig->heartbeat_ns,
                                    turn_classic_bits(8), 0, 0 };
-    return 4;
+    frame[4] = (struct rig_frame){ "torque question", torque_ns,
+                                   turn_classic_bits(0), 1, 0 };
+    frame[5] =
+        (struct rig_frame){ "torque", torque_ns, turn_classic_bits(8), 1, 0 };
+    return rig->axis[i].rated_torque_mnm > 0 ? 6 : 4;
 }
 
 /* ---- in the mean ---- */
 
 #define ODRIVE_HEARTBEAT   0x01u
 #define ODRIVE_ESTIMATES   0x09u
+#define ODRIVE_TORQUES     0x1Cu
 #define ODRIVE_CLOSED_LOOP 8u
 #define ODRIVE_TICKS       10000
 
@@ -84,4 +94,14 @@ void odrive_expect(const struct rig *rig, unsigned i,
     frame = (struct hal_can_frame){ .id = id | ODRIVE_HEARTBEAT, .len = 8 };
     frame.data[4] = ODRIVE_CLOSED_LOOP;
     bits[3] = turn_frame_bits(bus, &frame);
+    frame = (struct hal_can_frame){ .id = id | ODRIVE_TORQUES, .remote = true };
+    bits[4] = turn_frame_bits(bus, &frame);
+    /* a third of what is rated: a number with as many bits as any */
+    const uint32_t torque = hal_float32_from_fixed(
+        axis->rated_torque_mnm * MOTION_FIXED_ONE_Q32 / 3000, 32);
+    frame.remote = false;
+    frame.len = 8;
+    hal_float32_put(frame.data, torque);
+    hal_float32_put(&frame.data[4], torque);
+    bits[5] = turn_frame_bits(bus, &frame);
 }

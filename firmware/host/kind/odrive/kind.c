@@ -1,5 +1,7 @@
 /* firmware/host/kind/odrive/kind.c - an ODrive in a rig file; see
  * firmware/host/rig/kind.h. */
+#include <math.h>
+
 #include "firmware/host/kind/odrive/parts.h"
 #include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
@@ -45,6 +47,17 @@ static int rig_read_endpoints(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int rig_read_torque_constant(void *reader,
+                                    const struct yaml_value *value, void *out)
+{
+    double constant;
+
+    if (rig_read_share(reader, value, 1e-5, 1000, &constant) < 0)
+        return -1;
+    *(int64_t *)out = llround(constant * (double)MOTION_FIXED_ONE_Q32);
+    return 0;
+}
+
 static const struct yaml_field rig_odrive_fields[] = {
     { "kind", YAML_REQUIRED, RIG_KIND_WORDS, rig_read_drive_kind,
       offsetof(struct rig_axis, kind) },
@@ -53,6 +66,12 @@ static const struct yaml_field rig_odrive_fields[] = {
     { "node", YAML_REQUIRED, "a node number, 0 .. 62, of its own on the bus",
       rig_read_odrive_node, offsetof(struct rig_axis, node_id) },
     { "turns", YAML_REQUIRED, RIG_TURN_EXPECTED, rig_read_turn, 0 },
+    { "rated_torque", YAML_OPTIONAL, RIG_RATED_TORQUE_EXPECTED,
+      rig_read_rated_torque, offsetof(struct rig_axis, rated_torque_mnm) },
+    { "torque_constant", YAML_OPTIONAL,
+      "0.00001 .. 1000 (Nm per A), of the motor on firmware 0.5",
+      rig_read_torque_constant,
+      offsetof(struct rig_axis, torque_constant_q32) },
     { "endpoints", YAML_OPTIONAL,
       "ODrive's flat_endpoints.json of the drive's firmware 0.6, from the "
       "rig's directory",
@@ -129,6 +148,8 @@ static const char *odrive_unsupervised(const struct rig *rig,
 
 const struct rig_kind rig_kind_odrive = {
     .has_heartbeat = true,
+    .reports_torque = true,
+    .torque_in_nm = true,
     .code_max = UINT32_MAX,
     .is_for = odrive_is_for,
     .read = odrive_read,

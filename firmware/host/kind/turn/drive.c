@@ -1,6 +1,8 @@
 /* firmware/host/kind/turn/drive.c - see parts.h. */
 #include "firmware/host/kind/turn/parts.h"
 
+#include <math.h>
+
 #include "firmware/host/base/decimal.h"
 #include "hal/drive/turn/drive.h"
 
@@ -8,6 +10,17 @@ void rig_axis_turn(const struct rig_axis *axis, int64_t *num, int64_t *den)
 {
     *num = axis->counts_num;
     *den = axis->counts_den * RIG_TURN_COUNTS;
+}
+
+int rig_read_rated_torque(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    double torque_nm;
+
+    if (rig_read_share(reader, value, 0.001, 10000, &torque_nm) < 0)
+        return -1;
+    *(int32_t *)out = (int32_t)lround(torque_nm * 1000);
+    return 0;
 }
 
 /* To counts, reduced so that nothing gets lost. */

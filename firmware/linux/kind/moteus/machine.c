@@ -30,7 +30,9 @@ static int moteus_sim_init(struct machine_sim *sim, const struct rig *rig,
     const struct rig_axis *axis = &rig->axis[i];
     struct sim_moteus_config config = { .id = axis->node_id,
                                         .loop_ns = TURN_SIM_LOOP_NS,
-                                        .boot_ns = TURN_BOOT_NS };
+                                        .boot_ns = TURN_BOOT_NS,
+                                        .torque_nm =
+                                            axis->rated_torque_mnm / 1000.0 };
     int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
 
     if (err < 0)

@@ -1,5 +1,7 @@
 /* firmware/linux/kind/odrive/machine.c - driver and simulated drive of an ODrive
  * axis: see firmware/linux/machine/kind.h. */
+#include <math.h>
+
 #include "firmware/linux/kind/turn/machine.h"
 #include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
@@ -18,6 +20,8 @@ static int odrive_init(struct machine *machine, unsigned i)
         .enable_watchdog = axis->enable_watchdog,
         .watchdog_timeout = axis->watchdog_timeout,
         .watchdog_ns = machine->rig->watchdog_ns,
+        .reads_torque = axis->rated_torque_mnm > 0,
+        .torque_constant_q32 = axis->torque_constant_q32,
     };
 
     struct drive_odrive *drive = machine->drive[i];
@@ -36,6 +40,8 @@ static int odrive_sim_init(struct machine_sim *sim, const struct rig *rig,
         .heartbeat_ns = rig->heartbeat_ns,
         .loop_ns = TURN_SIM_LOOP_NS,
         .boot_ns = TURN_BOOT_NS,
+        .torque_nm = axis->rated_torque_mnm / 1000.0,
+        .torque_constant = ldexp((double)axis->torque_constant_q32, -32),
         .enable_watchdog = axis->enable_watchdog,
         .watchdog_timeout = axis->watchdog_timeout,
     };

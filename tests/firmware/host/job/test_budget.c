@@ -110,15 +110,16 @@ static void eight_axes_load_two_buses_as_computed(void **state)
     expect_load_as_computed();
 }
 
-/* One of each kind, at several ticks. */
+/* One of each kind, at several ticks; the ODrive asked for its torque too. */
 static void drives_that_count_turns_load_theirs_as_computed(void **state)
 {
     static const int64_t tick_ns[] = { 1000000, 2000000, 4000000, 20000000 };
     (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(tick_ns); i++) {
+    for (size_t i = 0; i < 2 * ARRAY_LEN(tick_ns); i++) {
         job_free(&job);
         assert_int_equal(open_job("examples/odrive"), 0);
-        job.rig.period_ns = tick_ns[i];
+        job.rig.period_ns = tick_ns[i / 2];
+        job.rig.axis[0].rated_torque_mnm = i % 2 == 0 ? 0 : 650;
         play();
         expect_load_as_computed();
     }

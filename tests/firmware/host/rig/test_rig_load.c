@@ -834,6 +834,15 @@ static const struct {
     { "rig_line_release.yaml", 14, 45, "release '11 s' is out of range" },
     { "rig_line_switch_twice.yaml", 15, 50,
       "axis dolly has low as its limit-negative already" },
+    { "rig_homing_hard_stop_unrated.yaml", 13, 18,
+      "by hard-stop has a drive without rated_torque, expected rated_torque in "
+      "the axis's drive, of which torque is a share" },
+    { "rig_homing_hard_stop_modbus.yaml", 13, 18,
+      "by hard-stop is only for a cia402, odrive or moteus drive, which report "
+      "their torque" },
+    { "rig_rated_torque.yaml", 12, 81, "rated_torque '0' is out of range" },
+    { "rig_torque_constant.yaml", 12, 103,
+      "torque_constant '1200' is out of range" },
     { "rig_homing_hard_stop_torque.yaml", 13, 13,
       "homing by hard-stop has no 'torque', which the stop is known by" },
     { "rig_homing_torque_of_switch.yaml", 13, 52,

@@ -133,6 +133,91 @@ static void a_cycle_with_a_position_asks_for_none(void **state)
     assert_int_equal(seen.pos_q32, -5 * ONE / 2);
 }
 
+static void found_with_torque(enum drive_odrive_family family,
+                              int64_t torque_constant_q32)
+{
+    struct drive_odrive_config config = base;
+
+    config.family = family;
+    config.reads_torque = true;
+    config.torque_constant_q32 = torque_constant_q32;
+    bench_of(&config);
+    hear("021#0000000001000000");
+    for (int i = 0; i < 4 && seen.state != HAL_DRIVE_OFF; i++)
+        hear("029#0000A03F00000000");
+    assert_int_equal(seen.state, HAL_DRIVE_OFF);
+    fake_can_wipe(&fake);
+}
+
+/* How many of 100 cycles ask so; each hears where it is, and `answer`. */
+static unsigned asked(const char *question, const char *answer)
+{
+    unsigned count = 0;
+
+    for (int i = 0; i < 100; i++) {
+        fake_can_put(&fake, "029#0000A03F00000000");
+        if (i % 50 == 0)
+            fake_can_put(&fake, "021#0000000001000000");
+        if (answer != NULL)
+            fake_can_put(&fake, answer);
+        cycle();
+        for (; fake.out_at < fake.out_count; fake.out_at++) {
+            assert_true(fake.out[fake.out_at].remote);
+            count += fake.out[fake.out_at].id == strtoul(question, NULL, 16);
+        }
+    }
+    return count;
+}
+
+/* Of Nm the second number, which is what there is; -0.25 of a rated 1 Nm. */
+static void torque_is_asked_for_every_10_ms(void **state)
+{
+    (void)state;
+    found_with_torque(DRIVE_ODRIVE_06, 0);
+    assert_false(seen.torque_known);
+    assert_int_equal(asked("03C", "03C#0000803F000080BE"), 10);
+    assert_true(seen.torque_known);
+    assert_int_equal(seen.torque_permille, -250);
+    assert_int_equal(asked("034", NULL), 0);
+    found(DRIVE_ODRIVE_06); /* whose config does not say so */
+    hear("03C#0000803F000080BE");
+    assert_false(seen.torque_known);
+}
+
+/* 0.5: -3 A by 0.125 Nm/A; what a 0.6 says by 0x1C is a voltage there. */
+static void a_0_5_says_its_current(void **state)
+{
+    (void)state;
+    found_with_torque(DRIVE_ODRIVE_05, ONE / 8);
+    assert_int_equal(asked("034", "034#00004040000040C0"), 10);
+    assert_int_equal(seen.torque_permille, -375);
+    hear("03C#0000803F0000803F");
+    assert_int_equal(seen.torque_permille, -375);
+    found_with_torque(DRIVE_ODRIVE_05, 0);
+    (void)asked("034", "034#00004040000040C0");
+    assert_false(seen.torque_known);
+}
+
+static void torque_that_is_old_or_no_number_is_not_known(void **state)
+{
+    (void)state;
+    found_with_torque(DRIVE_ODRIVE_06, 0);
+    hear("03C#0000803F0000803F");
+    assert_int_equal(seen.torque_permille, 1000);
+    for (int i = 0; i < 29; i++)
+        hear("029#0000A03F00000000");
+    assert_true(seen.torque_known);
+    for (int i = 0; i < 3; i++)
+        hear("029#0000A03F00000000");
+    assert_false(seen.torque_known);
+    assert_int_equal(seen.torque_permille, 0);
+    hear("03C#0000803F0000803F");
+    hear("03C#0000803F0000C07F"); /* NaN */
+    assert_false(seen.torque_known);
+    hear("03C#0000803FCAF24971"); /* 1e30 Nm */
+    assert_false(seen.torque_known);
+}
+
 static void a_number_that_is_none_is_not_believed(void **state)
 {
     (void)state;
@@ -460,6 +545,9 @@ int main(void)
         cmocka_unit_test(silence_about_the_version_is_0_5),
         cmocka_unit_test(arming_gives_the_position_before_the_state),
         cmocka_unit_test(set_points_have_speed_and_torque),
+        cmocka_unit_test(torque_is_asked_for_every_10_ms),
+        cmocka_unit_test(a_0_5_says_its_current),
+        cmocka_unit_test(torque_that_is_old_or_no_number_is_not_known),
         cmocka_unit_test(without_a_new_set_point_it_stands),
         cmocka_unit_test(a_cycle_with_a_position_asks_for_none),
         cmocka_unit_test(a_number_that_is_none_is_not_believed),
