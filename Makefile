@@ -324,9 +324,10 @@ gallery: $(SLEW)
 
 HOLDS    ?= 40
 .PHONY: hold
-## hold and resume the demo at HOLDS random times: same path, inside limits
+## hold and resume two examples at HOLDS random times: same path, inside limits
 hold: $(SLEW)
-	@$(PYTHON) tests/firmware/linux/hold.py $(SLEW) examples/dolly $(HOLDS)
+	@for move in dolly gears; do $(PYTHON) tests/firmware/linux/hold.py $(SLEW) \
+	    examples/$$move $(HOLDS) || exit 1; done
 
 .PHONY: faults
 ## every fault a machine must survive: detection, reaction, worst time beside its bound
@@ -383,7 +384,8 @@ peers-blender: $(SLEW)
 # draw the pictures of the README and of docs/FILES.md anew
 picture: demo
 	cp $(B)/demo/dolly.png docs/dolly.png
-	$(SLEW) plot --out docs/tripod.svg examples/tripod
+	for move in tripod gears; do \
+	    $(SLEW) plot --out docs/$$move.svg examples/$$move || exit 1; done
 	for move in $(notdir $(wildcard docs/camera/*.svg)); do \
 	    $(SLEW) plot --space --out docs/camera/$$move \
 	        examples/$${move%.svg} || exit 1; done

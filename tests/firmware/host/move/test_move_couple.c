@@ -153,6 +153,39 @@ static void a_master_that_stands_leaves_the_axis_where_it_is(void **state)
     move_file_close(&file);
 }
 
+static char example[4096];
+
+/* Above the table the lift stands, beside it too. */
+static void the_example_follows_its_slide(void **state)
+{
+    FILE *from = fopen("examples/gears/move.yaml", "r");
+    unsigned level = 0;
+    (void)state;
+    assert_non_null(from);
+    assert_true(fread(example, 1, sizeof example - 1, from) > 0);
+    fclose(from);
+    move_file_need(&file, "examples/gears/rig.yaml", example);
+    const int64_t end_ns_q12 = move_file_track(&file, "slide")->end_ns_q12;
+    for (int i = 0; i <= 4001; i++) {
+        const int64_t t = end_ns_q12 / 4001 * i;
+        const double at =
+            ldexp((double)move_file_at(&file, "slide", t).pos_q32, -32);
+        const double weight =
+            ldexp((double)move_file_at(&file, "counterweight", t).pos_q32, -32);
+        const double lift =
+            ldexp((double)move_file_at(&file, "lift", t).pos_q32, -32);
+        if (fabs(450 - at / 2 - weight) > 1e-9)
+            fail_msg("slide %.6f, counterweight %.9f", at, weight);
+        if (at >= 350 && at <= 650 && fabs(lift - 90) > 1e-6)
+            fail_msg("slide %.6f, lift %.9f", at, lift);
+        if ((at <= 50 || at >= 870) && fabs(lift - 10) > 1e-6)
+            fail_msg("slide %.6f, lift %.9f", at, lift);
+        level += at >= 350 && at <= 650;
+    }
+    assert_true(level > 500);
+    move_file_close(&file);
+}
+
 static void a_master_that_leaves_the_cam_is_refused(void **state)
 {
     (void)state;
@@ -179,6 +212,7 @@ int main(void)
         cmocka_unit_test(
             the_limits_of_the_axis_are_checked_over_the_masters_move),
         cmocka_unit_test(a_master_that_stands_leaves_the_axis_where_it_is),
+        cmocka_unit_test(the_example_follows_its_slide),
         cmocka_unit_test(a_master_that_leaves_the_cam_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
