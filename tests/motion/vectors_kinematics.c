@@ -279,26 +279,34 @@ static bool run_refused(const struct vectors_rig *rig, const cJSON *item,
 
 /* --- cases ------------------------------------------------------------------ */
 
-static bool run_case(const cJSON *item, struct worst *worst)
+static bool run_rig(const struct vectors_rig *rig, const cJSON *item,
+                    struct worst *worst)
 {
-    static struct vectors_rig rig;
     const cJSON *const ahead = vectors_get(item, "forward"),
                        *const camera = vectors_get(item, "camera"),
                        *const start = vectors_get(item, "start");
 
-    if (!vectors_rig_read(vectors_get(item, "rig"), &rig)) {
-        fprintf(stderr, "the rig is not one that is known\n");
-        return false;
-    }
     return (ahead == NULL ||
-            run_rows(&rig, ahead, start, start != NULL ? "continuity" : "",
+            run_rows(rig, ahead, start, start != NULL ? "continuity" : "",
                      vectors_rig_forward, worst)) &&
            (camera == NULL ||
-            (rig.has_tool &&
-             run_rows(&rig, camera, NULL, "", vectors_rig_tool, worst))) &&
-           run_jacobians(&rig, vectors_get(item, "jacobian"), worst) &&
-           run_inverse(&rig, item, worst) && run_refused(&rig, item, worst) &&
+            (rig->has_tool &&
+             run_rows(rig, camera, NULL, "", vectors_rig_tool, worst))) &&
+           run_jacobians(rig, vectors_get(item, "jacobian"), worst) &&
+           run_inverse(rig, item, worst) && run_refused(rig, item, worst) &&
            worst->rows + worst->refused > 0;
+}
+
+static bool run_case(const cJSON *item, struct worst *worst)
+{
+    static struct vectors_rig rig;
+    const bool is_known = vectors_rig_read(vectors_get(item, "rig"), &rig);
+    const bool is_whole = is_known && run_rig(&rig, item, worst);
+
+    if (!is_known)
+        fprintf(stderr, "the rig is not one that is known\n");
+    vectors_rig_free(&rig);
+    return is_whole;
 }
 
 int vectors_kinematics(const cJSON *file, struct vectors_row *rows,

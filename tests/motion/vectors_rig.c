@@ -3,6 +3,8 @@
 
 #include "motion/core/err.h"
 
+#define RAIL_POINTS_MAX 1000
+
 /* --- pieces --------------------------------------------------------------- */
 
 static bool read_vec(const cJSON *item, const char *name, struct motion_vec *v)
@@ -116,6 +118,38 @@ static bool read_arc(const cJSON *item, struct vectors_rig *rig)
            motion_arc_plane(arc, normal, start) == MOTION_OK;
 }
 
+/* `rail`, beside the rigs of the file: `points`, through which a C4 spline goes
+ * (carrier.h), and `carriage` as of an arc; slide is the length along it. */
+static bool read_rail(const cJSON *item, struct vectors_rig *rig)
+{
+    static struct plan_point point[RAIL_POINTS_MAX];
+    struct motion_rail *const rail = &rig->camera.carrier.as.rail;
+    const char *const carriage = vectors_text(item, "carriage");
+    const cJSON *const list = vectors_get(item, "points"), *entry;
+    struct plan_points points = { .axes = PLAN_SPACE_AXES,
+                                  .curve = PLAN_CURVE_C4,
+                                  .spacing = MOTION_SPLINE_CHORDAL,
+                                  .point = point };
+    struct plan_error error;
+    double at[PLAN_SPACE_AXES];
+
+    cJSON_ArrayForEach(entry, list)
+    {
+        if (points.count == RAIL_POINTS_MAX ||
+            !vectors_numbers(entry, PLAN_SPACE_AXES, at))
+            return false;
+        for (int i = 0; i < PLAN_SPACE_AXES; i++)
+            point[points.count].q32[i] = vectors_q32(at[i]);
+        points.count++;
+    }
+    rig->camera.carrier.kind = &motion_carrier_rail;
+    rail->table = &rig->rail.table;
+    rail->is_turning = strcmp(carriage, "turning") == 0;
+    add_axis(rig, "slide", true);
+    return (rail->is_turning || strcmp(carriage, "fixed") == 0) &&
+           plan_space_init(&rig->rail, &points, &error) == MOTION_OK;
+}
+
 static bool read_gantry(const cJSON *item, struct vectors_rig *rig)
 {
     static const char *const name[4] = { "x1", "x2", "y", "z" };
@@ -164,6 +198,7 @@ static const struct {
     { "fixed", read_fixed }, { "slider", read_slider },
     { "arc", read_arc },     { "linear", read_linear },
     { "jib", read_jib },     { "gantry", read_gantry },
+    { "rail", read_rail },
 };
 
 /* --- cameras, tables, arms -------------------------------------------------- */
@@ -276,4 +311,9 @@ bool vectors_rig_read(const cJSON *item, struct vectors_rig *rig)
         return read_arm(item, rig);
     rig->sort = RIG_CAMERA;
     return read_camera(item, rig);
+}
+
+void vectors_rig_free(struct vectors_rig *rig)
+{
+    plan_space_free(&rig->rail);
 }

@@ -5,6 +5,7 @@
 #include "motion/kinematics/arm.h"
 #include "motion/kinematics/dolly_zoom.h"
 #include "motion/kinematics/turntable.h"
+#include "motion/plan/path/plan_space.h"
 #include "tests/motion/vectors_json.h"
 
 #define RIG_AXES_MAX (MOTION_RIG_AXES_MAX + 1)
@@ -18,6 +19,7 @@ struct vectors_rig {
     struct motion_arm arm;
     struct motion_arm_tool tool;
     struct motion_dolly_zoom zoom;
+    struct plan_space rail; /* of the camera's carrier, if that is one */
     bool has_zoom, has_tool;
     int axes;
     char name[RIG_AXES_MAX][16];
@@ -25,8 +27,9 @@ struct vectors_rig {
 };
 
 /* False when something is not known or malformed.  `rig` must stay where it
- * is. */
+ * is; to be freed in both cases. */
 bool vectors_rig_read(const cJSON *item, struct vectors_rig *rig);
+void vectors_rig_free(struct vectors_rig *rig);
 
 static inline int64_t vectors_q32(double a)
 {

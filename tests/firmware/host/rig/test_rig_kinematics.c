@@ -235,6 +235,55 @@ static void a_rail_through_points_is_run_along_its_length(void **state)
     assert_true(turned < 1e-4);
 }
 
+/* Of tests/data/rail: scipy 1.17's quintic spline without knots at the second and
+ * third point from either end (make_interp_spline, k = 5) over the distances of the
+ * points, its length by quadrature; where the axis is, the place, the turn about the
+ * vertical from the start of the rail. */
+static const struct {
+    double axis, place[3], turned_deg;
+} through_points[] = {
+    { 0, { 39.151001054, -8.194857765, 900.179315019 }, -0.5262968447 },
+    { 460, { 487.454162578, -111.134676042, 901.967800319 }, 0.3339202179 },
+    { 1160, { 1182.278839307, -116.164592044, 908.610272347 }, 23.5278103349 },
+    { 1960, { 1895.800541774, 227.893987163, 923.996053922 }, 51.4371764612 },
+    { 2710, { 2313.259959446, 838.615731313, 940.814663920 }, 83.4218387774 },
+    { 3360, { 2421.048714230, 1478.159713550, 949.379072366 }, 95.4861133364 },
+    { 4000, { 2569.606011445, 2097.154709160, 947.649271836 }, 75.6471472390 },
+};
+
+static void
+a_rail_goes_through_its_points_as_a_spline_of_others_does(void **state)
+{
+    char message[YAML_MESSAGE_MAX];
+    struct rig rig = { .bus_count = 0 };
+
+    (void)state;
+    if (rig_load(&disk_files, "tests/data/rail/rig.yaml", &rig, message) < 0)
+        fail_msg("%s", message);
+    for (size_t i = 0; i < ARRAY_LEN(through_points); i++) {
+        const double turned = through_points[i].turned_deg / DEG;
+        const double view[3] = { -sin(turned), cos(turned), 0 };
+        const int64_t axis_q32[MOTION_RIG_AXES_MAX] = { q32_of(
+            through_points[i].axis) };
+        struct motion_camera camera;
+        assert_int_equal(
+            motion_rig_camera(&rig.kinematics->rig, axis_q32, &camera),
+            MOTION_OK);
+        const struct motion_dir got = motion_quat_turn(
+            camera.q, (struct motion_dir){ { 0, 0, -((int64_t)1 << 62) } });
+        for (int k = 0; k < 3; k++) {
+            const double off =
+                number_of(camera.pupil.x[k]) - through_points[i].place[k];
+            if (fabs(off) > 2e-9 ||
+                fabs(ldexp((double)got.q62[k], -62) - view[k]) > 1e-11)
+                fail_msg("at %g, %d: off by %.3g mm, view %.12f, not %.12f",
+                         through_points[i].axis, k, off,
+                         ldexp((double)got.q62[k], -62), view[k]);
+        }
+    }
+    rig_free(&rig);
+}
+
 /* From far along the rail, from its place, and without a place before. */
 static void the_place_on_a_rail_is_found_again(void **state)
 {
@@ -275,6 +324,8 @@ int main(void)
         cmocka_unit_test(what_makes_no_sense_is_refused),
         cmocka_unit_test(cameras_are_where_the_file_has_them),
         cmocka_unit_test(a_rail_through_points_is_run_along_its_length),
+        cmocka_unit_test(
+            a_rail_goes_through_its_points_as_a_spline_of_others_does),
         cmocka_unit_test(the_place_on_a_rail_is_found_again),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
