@@ -391,6 +391,7 @@ static int move_read_cap_list(struct move_reader *self,
         return -1;
     for (uint32_t i = 0; i < count; i++) {
         struct plan_fastest_cap *cap = &fastest->cap[fastest->caps++];
+        cap->place = yaml_tree_place(item.tree, item.node);
         if ((stops ? move_read_distance(self, &item, &cap->from)
                    : yaml_fields_read(&item, &move_cap_shape, self, cap)) < 0)
             return -1;

@@ -123,11 +123,16 @@ static int fastest_check(const struct plan_path *path,
         const struct motion_real from =
             plan_speed_law_distance(&cap->from, length);
         const struct motion_real to = plan_speed_law_distance(&cap->to, length);
-        if (motion_real_cmp(to, length) > 0 || motion_real_lt(to, from))
-            return plan_error_set(error, MOTION_E_ARG, path->place,
-                                  "section %u of the speed law is not on the "
-                                  "path, which is %.9g long",
-                                  (unsigned)i + 1, fastest_double(length));
+        if (motion_real_lt(to, from))
+            return plan_error_set(error, MOTION_E_ARG, cap->place,
+                                  "cap ends at %.9g, before its start at %.9g",
+                                  fastest_double(to), fastest_double(from));
+        if (motion_real_cmp(to, length) > 0)
+            return plan_error_set(error, MOTION_E_ARG, cap->place,
+                                  "%s at %.9g is not on the path, which is "
+                                  "%.9g long",
+                                  cap->speed_q32 == 0 ? "stop" : "cap",
+                                  fastest_double(to), fastest_double(length));
     }
     return MOTION_OK;
 }

@@ -11,7 +11,8 @@
  * one is a stop. */
 struct plan_fastest_cap {
     struct plan_distance from, to;
-    int64_t speed_q32; /* unit/s */
+    int64_t speed_q32; /* unit/s; 0: it stops at `from` */
+    struct plan_place place;
 };
 
 /* As fast as these limits of the path's axes allow (plan_timing.h).  The limits

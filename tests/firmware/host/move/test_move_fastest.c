@@ -312,11 +312,14 @@ static void what_cannot_be_read_is_said_at_its_place(void **state)
           "9:10: unknown speed 'slowest', expected fastest" },
         { HEAD "  speed: {law: quintic, time: 9 s}\n  stops: [5 %]\n",
           "10:10: stops is not used without speed: fastest" },
-        { HEAD "  speed: fastest\n  stops: [9 m]\n",
-          "section 1 of the speed law is not on the path" },
+        { HEAD "  speed: fastest\n  stops: [5 %, 9 m]\n",
+          "10:16: stop at 9000 is not on the path, which is " },
+        { HEAD "  speed: fastest\n"
+               "  caps: [{from: 30 %, to: 9 m, speed: 1 mm/s}]\n",
+          "10:10: cap at 9000 is not on the path, which is " },
         { HEAD "  speed: fastest\n"
                "  caps: [{from: 30 %, to: 10 %, speed: 1 mm/s}]\n",
-          "section 1 of the speed law is not on the path" },
+          "10:10: cap ends at " },
         { HEAD "  speed: fastest\n"
                "  caps: [{from: 1 %, to: 10 %, speed: 0 mm/s}]\n",
           "is not above zero" },
