@@ -138,6 +138,18 @@ static int move_read_ping_pong(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+int move_refuse_repeat(const struct move_reader *reader,
+                       const struct yaml_value *value)
+{
+    const struct plan_move *move = reader->move;
+
+    if (move->times == 0 || (move->times == 1 && !move->is_ping_pong))
+        return 0;
+    return yaml_value_refuse(value,
+                             "cannot stand beside loop or ping_pong: each shot "
+                             "has the time of one play from the start");
+}
+
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value)
 {

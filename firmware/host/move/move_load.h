@@ -53,6 +53,9 @@ int move_load_as(const struct files *files, const char *path, bool is_guest,
 /* A guest drives axes, no more: of a field that goes with the whole. */
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value);
+/* Of a field with shots, when the move says that it is played again and again. */
+int move_refuse_repeat(const struct move_reader *reader,
+                       const struct yaml_value *value);
 
 /* --- move_load_camera.c --------------------------------------------------- */
 

@@ -213,6 +213,7 @@ int move_read_events(void *reader, const struct yaml_value *value, void *out)
 
     (void)out;
     if (move_refuse_guest(self, value) < 0 ||
+        move_refuse_repeat(self, value) < 0 ||
         yaml_value_list(value, 1, PLAN_EVENTS_MAX, &count) < 0)
         return -1;
     move->event = calloc(count, sizeof *move->event);

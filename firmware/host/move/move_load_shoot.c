@@ -204,7 +204,8 @@ int move_read_shoot(void *reader, const struct yaml_value *value, void *out)
         return yaml_value_refuse(value,
                                  "is given beside a pre_roll or post_roll: it "
                                  "has a run-up of its own");
-    if (yaml_fields_read(value, &move_shoot_shape, self, shoot) < 0)
+    if (move_refuse_repeat(self, value) < 0 ||
+        yaml_fields_read(value, &move_shoot_shape, self, shoot) < 0)
         return -1;
     if (shoot->line == PLAN_SHOOT_NO_LINE && !shoot->steps)
         return yaml_value_refuse(value,

@@ -104,9 +104,10 @@ static void progress_what(const struct telemetry_row *row, char text[48])
         snprintf(text, 48, "%s", phase);
     else if (row->times == 0)
         snprintf(text, 48, "%s, time %" PRId64, phase, row->played + 1);
-    else
+    else /* at its end the last of them has been played, and it is no further */
         snprintf(text, 48, "%s, %" PRId64 " of %" PRId64, phase,
-                 row->played + 1, row->times);
+                 row->played < row->times ? row->played + 1 : row->times,
+                 row->times);
 }
 
 /* Time left is known while the move runs. */

@@ -87,6 +87,8 @@ static void a_move_says_how_often_it_is_played(void **state)
                 rows[i].option);
         run_expect(0);
         run_says(rows[i].says);
+        assert_null(strstr(run_slew()->err, ", 4 of 3"));
+        assert_null(strstr(run_slew()->err, ", 3 of 2"));
     }
 }
 
@@ -126,9 +128,20 @@ static void what_would_not_end_or_is_played_once_is_refused(void **state)
     run_complains("a compiled move is played once");
     run_put("move.yaml", "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm]]}}\n"
                          "events: [{line: camera, at: 500 ms}]\nloop: 2\n");
-    run("run", run_path("rig.yaml"), run_path("move.yaml"));
+    run("check", run_path("rig.yaml"), run_path("move.yaml"));
     run_expect(2);
-    run_complains("loop of the move: the move has events");
+    run_complains(
+        "move.yaml:2:9: events cannot stand beside loop or ping_pong");
+    run_put("move.yaml", "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm]]}}\n"
+                         "shoot: {mode: stop, line: camera, frames: 3, "
+                         "exposure: 1 s, move: 2 s}\nping_pong: true\n");
+    run("check", run_path("rig.yaml"), run_path("move.yaml"));
+    run_expect(2);
+    run_complains("move.yaml:2:8: shoot cannot stand beside loop or ping_pong");
+    run_put("move.yaml", move_text);
+    run("run", "--loop", "2", run_path("rig.yaml"), run_path("move.yaml"));
+    run_expect(2);
+    run_complains("--loop: the move has events");
 }
 
 static void what_a_shaper_costs_is_printed(void **state)
