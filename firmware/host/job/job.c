@@ -476,6 +476,15 @@ static void job_name_axes(struct job *job, const struct plan_move *move)
                sizeof move->axis[i].name);
 }
 
+void job_copy_track(const struct motion_track *track, struct motion_track *copy)
+{
+    *copy = *track;
+    copy->capacity = track->count;
+    copy->segment =
+        memory_resize(NULL, (size_t)track->count + 1, sizeof *copy->segment);
+    memcpy(copy->segment, track->segment, track->count * sizeof *copy->segment);
+}
+
 void job_part_with(struct job *job, struct job *former)
 {
     memset(former, 0, sizeof *former);
@@ -486,16 +495,8 @@ void job_part_with(struct job *job, struct job *former)
     former->planned = job->planned;
     job_name_axes(former, &job->move);
     job_capacity(former, job->move.axis_count);
-    for (unsigned i = 0; i < job->planned; i++) {
-        const struct motion_track *track = &job->track[i];
-        struct motion_track *copy = &former->track[i];
-        *copy = *track;
-        copy->capacity = track->count;
-        copy->segment = memory_resize(NULL, (size_t)track->count + 1,
-                                      sizeof *copy->segment);
-        memcpy(copy->segment, track->segment,
-               track->count * sizeof *copy->segment);
-    }
+    for (unsigned i = 0; i < job->planned; i++)
+        job_copy_track(&job->track[i], &former->track[i]);
     job->keeps = false;
     job->memo = NULL;
     job->facts = NULL;
@@ -506,6 +507,8 @@ void job_free(struct job *job)
 {
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
+    for (unsigned i = 0; job->plain != NULL && i < job->planned; i++)
+        plan_track_free(&job->plain[i]);
     for (unsigned i = 0; job->facts != NULL && i < job->planned; i++)
         job_facts_free(&job->facts[i]);
     memory_free(job->facts);

@@ -65,7 +65,8 @@ struct job {
     unsigned planned;               /* tracks that are there */
     struct plan_outcome outcome;    /* points into itself */
     struct plan_shape_cost shaping; /* of the rig's shapers, job_shape.h */
-    struct compiled *compiled; /* NULL, or the move comes from a compiled file:
+    struct motion_track *plain; /* of each axis, before them; NULL: no shaper */
+    struct compiled *compiled;  /* NULL, or the move comes from a compiled file:
                                   tracks are windows, axes have no keys */
     /* of each axis of the move whose drive goes from key to key by itself */
     struct controller_goal **goal;
@@ -108,6 +109,9 @@ enum status job_open_again(struct job *job, const struct files *files,
  * is moved into `former`, which is good for nothing else, and is freed by
  * job_free. */
 void job_part_with(struct job *job, struct job *former);
+/* To be freed with plan_track_free. */
+void job_copy_track(const struct motion_track *track,
+                    struct motion_track *copy);
 /* The compiled move (track_file.h): tracks, events, where it waits.  Errors show
  * in ferror. */
 void job_compile(const struct job *job, FILE *out);

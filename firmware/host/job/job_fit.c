@@ -11,8 +11,12 @@
 #include "motion/core/fixed.h"
 #include "motion/double/double_math.h"
 #include "motion/plan/fit/fit.h"
+#include "motion/plan/shoot/plan_shoot.h"
 
 #define JOB_FIT_SPANS_MAX 8 /* that are named; the worst */
+/* Of a shoot: its times are rounded up one by one, which changes what part of a
+ * frame each has. */
+#define JOB_FIT_SHOOT_SPARE 1e-3
 
 /* A span of an axis that needs longer than it has. */
 struct job_fit_span {
@@ -101,6 +105,20 @@ static void job_fit_duration(const struct job *job, struct job_fit *fit)
     }
 }
 
+/* A shaper smooths what lasts no longer than it, and less of it the slower the
+ * move is: the time by which the shaped one fits is not enough once it is taken.
+ * What the plain one keeps, the shaped one does, too. */
+static void job_fit_plain(const struct job *job, struct job_fit *fit)
+{
+    struct plan_limit limit;
+
+    for (unsigned a = 0; a < job->planned; a++) {
+        job_fit_limit(job, a, &limit);
+        fit->stretch = fmax(
+            fit->stretch, plan_fit_track_need(&job->plain[a], &limit).stretch);
+    }
+}
+
 static void job_fit_keep(struct job_fit *fit, struct job_fit_span span)
 {
     uint32_t i =
@@ -114,7 +132,7 @@ static void job_fit_keep(struct job_fit *fit, struct job_fit_span span)
     fit->span[i] = span;
 }
 
-/* By the track, whose keys are where they were written. */
+/* By the track before its shaper, whose keys are where they were written. */
 static void job_fit_axis(const struct job *job, unsigned a, struct job_fit *fit)
 {
     const struct plan_axis *axis = &job->move.axis[a];
@@ -123,7 +141,8 @@ static void job_fit_axis(const struct job *job, unsigned a, struct job_fit *fit)
     struct plan_limit limit;
 
     job_fit_limit(job, a, &limit);
-    plan_fit_span_needs(axis, &job->track[a], &limit, need);
+    plan_fit_span_needs(
+        axis, &(job->plain != NULL ? job->plain : job->track)[a], &limit, need);
     for (uint32_t i = 0; i + 1 < axis->key_count; i++) {
         const double span_s =
             number_double(
@@ -154,23 +173,77 @@ static bool job_fit_has_spans(const struct job *job, unsigned a)
            job->move.axis[a].key_count > 1;
 }
 
-static struct job_fit job_fit_of(const struct job *job)
+/* A shoot with a longer move between its pictures and, where it moves during
+ * them, longer exposures, by so much that the limits are kept. */
+static struct plan_shoot job_fit_shoot(const struct job *job,
+                                       const struct job_fit *fit)
+{
+    const double by = fit->stretch * (1 + JOB_FIT_SHOOT_SPARE);
+    struct plan_shoot longer = *job->move.shoot;
+
+    longer.move_ns_q12 = job_fit_up((double)longer.move_ns_q12 * by);
+    if (longer.mode != PLAN_SHOOT_STOP)
+        longer.exposure_ns_q12 =
+            job_fit_up((double)longer.exposure_ns_q12 * by);
+    return longer;
+}
+
+/* How long all of it takes then: what the shapers add stays. */
+static int64_t job_fit_shoot_end(const struct job *job,
+                                 const struct job_fit *fit)
+{
+    const struct plan_shoot longer = job_fit_shoot(job, fit);
+    struct plan_shoot_times was, then;
+
+    plan_shoot_times(job->move.shoot, &was);
+    plan_shoot_times(&longer, &then);
+    return job_fit_up((double)job->end_ns_q12 - (double)was.end_ns_q12 +
+                      (double)then.end_ns_q12);
+}
+
+/* As it is played. */
+static struct job_fit job_fit_judged(const struct job *job)
 {
     struct job_fit fit = { .rolls = { 1, 1 }, .is_cured = true, .stretch = 1 };
 
     job_fit_duration(job, &fit);
+    return fit;
+}
+
+static bool job_fit_has_rolls(const struct job *job)
+{
+    return job->move.pre_roll_ns_q12 != 0 || job->move.post_roll_ns_q12 != 0;
+}
+
+/* The time by which the plain move is longer; what shapers add stays. */
+static int64_t job_fit_end(const struct job *job, const struct job_fit *fit)
+{
+    const double added = job->shaping.longer_s * (double)MOTION_FIXED_S_Q12;
+
+    return job_fit_up(
+        ((double)job->end_ns_q12 - added) * fit->stretch * (1 + 1e-9) + added);
+}
+
+static struct job_fit job_fit_of(const struct job *job)
+{
+    struct job_fit fit = job_fit_judged(job);
+
+    if (fit.stretch > 1 && job->plain != NULL && !job_fit_has_rolls(job))
+        job_fit_plain(job, &fit);
     if (fit.stretch > 1)
         for (unsigned a = 0; a < job->move.axis_count; a++)
             if (job_fit_has_spans(job, a))
                 job_fit_axis(job, a, &fit);
-    fit.end_ns_q12 =
-        job_fit_up((double)job->end_ns_q12 * fit.stretch * (1 + 1e-9));
+    fit.end_ns_q12 = job->move.shoot != NULL && fit.stretch > 1
+                         ? job_fit_shoot_end(job, &fit)
+                         : job_fit_end(job, &fit);
     return fit;
 }
 
 double job_fit_stretch(const struct job *job, struct job_fit_rolls *rolls)
 {
-    const struct job_fit fit = job_fit_of(job);
+    const struct job_fit fit =
+        job->plain != NULL ? job_fit_judged(job) : job_fit_of(job);
 
     *rolls = fit.rolls;
     return fit.is_cured ? fit.stretch : 0;
@@ -231,9 +304,9 @@ static bool job_fit_has_fixed(const struct job *job)
 static const char *job_fit_advice(const struct job *job,
                                   const struct job_fit *fit)
 {
-    if (!fit->is_cured || job->compiled != NULL || job->move.shoot != NULL)
+    if (!fit->is_cured || job->compiled != NULL)
         return "";
-    if (fit->spans == 0)
+    if (fit->spans == 0 || plan_fit_more(&job->move) != NULL)
         return "; slew fit gives it a duration";
     return job_fit_has_fixed(job)
                ? "; slew fit finds the times, if keys that are fixed allow it"
@@ -284,8 +357,24 @@ static void job_fit_print_uncured(const struct job *job, FILE *file)
         fputs("No duration brings a position into its range: other keys do.\n",
               file);
     if (moves)
-        fputs("No duration brings an end to rest: other keys or ends do.\n",
+        fputs("No duration brings an end to rest: other keys or ends do, or a "
+              "pre_roll and a post_roll.\n",
               file);
+}
+
+static void job_fit_print_shoot(const struct job *job,
+                                const struct job_fit *fit, FILE *file)
+{
+    const struct plan_shoot longer = job_fit_shoot(job, fit);
+    char text[NUMBER_MAX];
+
+    number_seconds(text, longer.move_ns_q12);
+    fprintf(file, ", if shoot has a move of %s s", text);
+    if (longer.mode != PLAN_SHOOT_STOP) {
+        number_seconds(text, longer.exposure_ns_q12);
+        fprintf(file, " and an exposure of %s s", text);
+    }
+    fputs(".\n", file);
 }
 
 void job_fit_print(const struct job *job, FILE *file)
@@ -303,11 +392,25 @@ void job_fit_print(const struct job *job, FILE *file)
     if (job->rate_q30 > MOTION_CLOCK_WARP_ONE_Q30) {
         number_short(percent, 100 * job->rate_q30, 30);
         fprintf(file, ", at %s %% speed.\n", percent);
+    } else if (job->move.shoot != NULL) {
+        job_fit_print_shoot(job, &fit, file);
     } else {
         fprintf(file, "%s.\n", job_fit_advice(job, &fit));
     }
     job_fit_print_spans(job, &fit, file);
     job_fit_print_duration(job, &fit, file);
+}
+
+static void job_fit_json_shoot(const struct job *job, const struct job_fit *fit,
+                               cJSON *object)
+{
+    const struct plan_shoot longer = job_fit_shoot(job, fit);
+    cJSON *const item = cJSON_AddObjectToObject(object, "shoot");
+
+    cJSON_AddNumberToObject(item, "move_s",
+                            number_double(longer.move_ns_q12, 12) / 1e9);
+    cJSON_AddNumberToObject(item, "exposure_s",
+                            number_double(longer.exposure_ns_q12, 12) / 1e9);
 }
 
 void job_fit_json(const struct job *job, cJSON *object)
@@ -333,6 +436,8 @@ void job_fit_json(const struct job *job, cJSON *object)
         cJSON_AddNumberToObject(item, "post_roll_s",
                                 number_double(job->move.post_roll_ns_q12, 12) /
                                     1e9 * fit.rolls.post);
+    if (job->move.shoot != NULL && fit.stretch > 1)
+        job_fit_json_shoot(job, &fit, item);
     list = cJSON_AddArrayToObject(item, "spans");
     for (uint32_t i = 0; i < fit.spans && i < JOB_FIT_SPANS_MAX; i++) {
         cJSON *const span = cJSON_CreateObject();

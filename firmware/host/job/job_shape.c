@@ -14,6 +14,15 @@ static enum status shape_fail(struct job *job, const struct plan_error *error)
     return STATUS_INPUT;
 }
 
+/* As the tracks are now. */
+static void shape_keep_plain(struct job *job)
+{
+    job->plain =
+        memory_pool_new(&job->memory, job->move.axis_count, sizeof *job->plain);
+    for (uint32_t i = 0; i < job->move.axis_count; i++)
+        job_copy_track(&job->track[i], &job->plain[i]);
+}
+
 enum status job_shape(struct job *job)
 {
     const uint32_t axes = job->move.axis_count;
@@ -30,6 +39,8 @@ enum status job_shape(struct job *job)
         if (plan_shaper_design(&axis->shaper, made, &error) < 0)
             return shape_fail(job, &error);
         shaper[i] = made;
+        if (job->plain == NULL)
+            shape_keep_plain(job);
     }
     if (plan_shape_move(shaper, axes, job->track, &job->outcome, &job->shaping,
                         &error) < 0)

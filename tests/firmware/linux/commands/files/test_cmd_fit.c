@@ -105,6 +105,82 @@ static void check_says_what_would_help(void **state)
     cJSON_Delete(report);
 }
 
+/* A shoot says itself when a frame is played: what it needs is its own times, and with
+ * them the move fits, in the time that was said. */
+static void check_says_what_a_shoot_needs(void **state)
+{
+    static const char *const modes[] = { "stop", "go-motion", "continuous" };
+    static const char *const shapers[] = {
+        "", "    shaper: {kind: ei2, frequency: 2 Hz, damping: 3 %}\n"
+    };
+    char text[4096];
+
+    (void)state;
+    for (size_t i = 0; i < 2 * ARRAY_LEN(modes); i++) {
+        double end_s, move_s, exposure_s = 0.1;
+        snprintf(text, sizeof text,
+                 RIG "%s"
+                     "gpio: {camera: {kind: trigger, line: GPIO5}}\n",
+                 shapers[i % 2]);
+        run_write(rig, text);
+        for (int again = 0; again < 2; again++) {
+            snprintf(text, sizeof text,
+                     "axes: {lift: {keys: [[0 s, -80 mm], [2 s, -10 mm], [3 s, "
+                     "80 mm]]}}\n"
+                     "shoot: {mode: %s, line: camera, frames: 7, exposure: "
+                     "%.3f s, move: %.3f s}\n",
+                     modes[i / 2], exposure_s, again ? move_s : 0.3);
+            run_write(move, text);
+            assert_int_equal(run("check", rig, move), again ? 0 : 1);
+            if (again)
+                break;
+            const char *says = strstr(run_slew()->out, "Fits in ");
+            assert_non_null(says);
+            const int read = sscanf(says,
+                                    "Fits in %lf s, if shoot has a move of %lf "
+                                    "s and an exposure of %lf s.\n",
+                                    &end_s, &move_s, &exposure_s);
+            assert_int_equal(read, i / 2 == 0 ? 2 : 3);
+            assert_int_equal(run("check", "--json", rig, move), 1);
+            snprintf(text, sizeof text, "\"move_s\":\t%.15g,", move_s);
+            expect_in(run_slew()->out, text);
+        }
+        const double took_s = duration_of(move);
+        if (!(took_s <= end_s && took_s > end_s - 0.1))
+            fail_msg("%s: %.3f s, it was said to be %.3f s", modes[i / 2],
+                     took_s, end_s);
+    }
+    run_write(rig, RIG);
+}
+
+/* A shaper smooths a fast move more than the slower one that it becomes: what is
+ * said is what fits then, and of the spans as they are written. */
+static void with_a_shaper_check_says_what_fit_finds(void **state)
+{
+    double end_s, more_s;
+
+    (void)state;
+    run_write(rig, RIG "    shaper: {kind: ei2, frequency: 2 Hz}\n");
+    run_write(move, "axes: {lift: {curve: s-curve, keys: [[0 s, 0 mm], [0.3 s, "
+                    "80 mm], [9 s, 80 mm], [9.3 s, 0 mm]]}}\n");
+    assert_int_equal(run("check", rig, move), 1);
+    assert_int_equal(
+        sscanf(strstr(run_slew()->out, "Fits in "),
+               "Fits in %lf s; slew fit finds the times.\n"
+               "  lift alone needs %lf s more between keys 1 and 2",
+               &end_s, &more_s),
+        2);
+    assert_int_equal(run("fit", "--method", "stretch", rig, move), 0);
+    const double found_s = duration_of(move);
+    if (!(found_s <= end_s && found_s > end_s - 0.0021))
+        fail_msg("%.4f s are said, %.4f s found", end_s, found_s);
+    /* 80 mm by thirds: 1.5 D / T is 60 mm/s in 2 s, 9 D / T^2 is 100 mm/s2 in
+     * 2.683 s, 54 D / T^3 is 900 mm/s3 in 1.687 s */
+    if (fabs(more_s - (sqrt(7.2) - 0.3)) > 1e-3)
+        fail_msg("%.4f s more", more_s);
+    run_write(rig, RIG);
+}
+
 /* It is not said that times are found which a fixed key may forbid. */
 static void check_does_not_promise_what_is_fixed(void **state)
 {
@@ -455,6 +531,8 @@ int main(void)
         cmocka_unit_test(check_says_what_would_help),
         cmocka_unit_test(rolls_are_lengthened_until_they_fit),
         cmocka_unit_test(rolls_and_a_shoot_are_not_given_together),
+        cmocka_unit_test(check_says_what_a_shoot_needs),
+        cmocka_unit_test(with_a_shaper_check_says_what_fit_finds),
         cmocka_unit_test(check_does_not_promise_what_is_fixed),
         cmocka_unit_test(the_text_keeps_all_but_the_times),
         cmocka_unit_test(stretch_lengthens_all_of_it),
