@@ -37,10 +37,10 @@ static int open_turntable(void **state)
     return open_example("examples/turntable");
 }
 
-static int open_timelapse(void **state)
+static int open_there_and_back(void **state)
 {
     (void)state;
-    return open_example("examples/timelapse");
+    return open_example("tests/data/there_and_back");
 }
 
 static int close_dolly(void **state)
@@ -280,7 +280,8 @@ int main(void)
                                open_turntable),
         cmocka_unit_test_setup(one_that_turns_without_a_rest_is_refused,
                                open_turntable),
-        cmocka_unit_test_setup(what_more_time_cures_is_said, open_timelapse),
+        cmocka_unit_test_setup(what_more_time_cures_is_said,
+                               open_there_and_back),
     };
     return cmocka_run_group_tests(tests, open_dolly, close_dolly);
 }
