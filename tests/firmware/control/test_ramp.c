@@ -8,6 +8,7 @@
  * Takes long. */
 #include <stdio.h>
 
+#include "firmware/control/ramp.h"
 #include "tests/firmware/control/ramp_oracle.h"
 
 static struct ramp_bench bench;
@@ -429,12 +430,98 @@ static void stops_while_the_track_is_at_its_limit_of_jerk(void **state)
     memset(&tally, 0, sizeof tally);
 }
 
+/* --- what follows a ramp -------------------------------------------------- */
+
+/* From 0 to 30 at the limit of jerk, played from its end. */
+static void play_in_reverse(void)
+{
+    static const struct controller_axis_config axis = {
+        .pos_min_q32 = -1000 * UNIT,
+        .pos_max_q32 = 1000 * UNIT,
+        .limit = { 120 * UNIT, 2000 * UNIT, 6240 * UNIT },
+        .stop = { 120 * UNIT, 2000 * UNIT, 6240 * UNIT },
+        .following_floor_q32 = 1000 * UNIT,
+    };
+    const struct motion_otg_move move = {
+        .goal.pos_q32 = 30 * UNIT,
+        .limit = { 60 * UNIT, -60 * UNIT, 680 * UNIT, -680 * UNIT, 6238 * UNIT,
+                   0 },
+    };
+    const struct motion_track *const track[] = { &bench.track[0] };
+    struct motion_otg_plan plan;
+    ramp_init(&bench, MS, 1, &axis);
+    motion_track_init(&bench.track[0], bench.storage[0], MOTION_OTG_PHASES, 0);
+    assert_int_equal(motion_otg_make(&move, &plan, NULL), MOTION_OK);
+    assert_int_equal(motion_otg_append(&plan, &bench.track[0]), MOTION_OK);
+    assert_int_equal(controller_start(&bench.controller, track, NULL),
+                     MOTION_OK);
+    bench.controller.is_reversed = true;
+    bench.controller.axis[0].sent_count =
+        0; /* what is judged begins anywhere */
+}
+
+/* The largest |p'''| from one time of a ramp to another, every tick and at both. */
+static double jerk_between(const struct motion_clock_warp *warp,
+                           int64_t from_ns, int64_t to_ns)
+{
+    const struct controller *c = &bench.controller;
+    double most = 0;
+    for (int64_t dt = from_ns; dt <= to_ns; dt += MS) {
+        struct motion_clock_rate now;
+        struct motion_state state, axis;
+        motion_clock_warp_at(warp, warp->t0_ns + dt, &now);
+        controller_path_state(c, c->axis[0].track, now.s_ns_q12, &state);
+        motion_clock_warp_chain(&now, &state, &axis);
+        most = fmax(most, fabs((double)axis.jerk_q32));
+    }
+    return most;
+}
+
+/* At its end r'' is 0, and what it had made up for is over the limit: a rate over
+ * 100 % on a track at its limit of jerk.  The ramp itself keeps it. */
+static void a_ramp_in_reverse_keeps_what_follows_it(void **state)
+{
+    const double limit = 6240.0 * UNIT;
+    struct controller *c = &bench.controller;
+    unsigned followed = 0, fit = 0;
+    (void)state;
+    seed_from("reverse");
+    play_in_reverse();
+    for (int n = 0; n < 20000; n++) {
+        const struct motion_clock_bound bound = { ramp_draw(0.2, 4, ONE),
+                                                  ramp_draw(2, 80, ONE) };
+        struct ramp_effort effort = { INT64_MAX, INT64_MAX, 0, INT64_MAX };
+        struct motion_clock_warp warp;
+        motion_clock_warp_init(
+            &c->warp, c->clock_ns - MS,
+            check_random_in(check_stream(), 0, c->move_end_ns_q12),
+            ONE / 100 * check_random_in(check_stream(), 80, 120));
+        if (motion_clock_warp_ramp(&c->warp, c->clock_ns,
+                                   ONE / 100 *
+                                       check_random_in(check_stream(), 80, 120),
+                                   &bound, MS, &warp) < 0 ||
+            warp.dur_ns < 2 * MS || warp.s1_ns_q12 >= c->move_end_ns_q12)
+            continue;
+        const bool fits = controller_ramp_judge(c, &warp, false, &effort);
+        const bool is_over =
+            jerk_between(&warp, warp.dur_ns, warp.dur_ns) > limit * 1.01;
+        if (fits && is_over)
+            fail_msg("ramp %d: its rate is over the limit when it ends", n);
+        fit += fits;
+        followed +=
+            is_over && jerk_between(&warp, 0, warp.dur_ns - MS) < limit * 0.99;
+    }
+    print_message("%u ramps fit; %u did but for what follows\n", fit, followed);
+    assert_true(fit > 0 && followed > 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_slow_downs_in_moves),
         cmocka_unit_test(random_slow_downs_in_jogs_that_turn_round),
         cmocka_unit_test(stops_while_the_track_is_at_its_limit_of_jerk),
+        cmocka_unit_test(a_ramp_in_reverse_keeps_what_follows_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
