@@ -79,8 +79,12 @@ static void report_take_set_points(struct report *report,
 void report_take(struct report *report, const struct telemetry_row *row)
 {
     report->started |= row->phase == TELEMETRY_MOVE;
-    for (unsigned i = 0; i < report->job->move.axis_count; i++)
-        report->axis[i].events = row->axis[report->job->rig_axis[i]].events;
+    for (unsigned i = 0; i < report->job->move.axis_count; i++) {
+        const struct telemetry_axis *at = &row->axis[report->job->rig_axis[i]];
+        report->axis[i].events = at->events;
+        following_warning_take(&report->axis[i].warning,
+                               job_rig_axis(report->job, i), at, row->t_ns);
+    }
     if (!report->started)
         report->start_ns = row->t_ns; /* started right after this tick */
     if (!report->started || row->phase == TELEMETRY_STOP)
@@ -345,8 +349,11 @@ void report_print(const struct report *report, FILE *file)
     if (report->faults != NULL)
         machine_fault_print(report->faults, file);
     report_torque(report, file);
-    for (unsigned i = 0; i < report->job->move.axis_count; i++)
+    for (unsigned i = 0; i < report->job->move.axis_count; i++) {
         report_events(report, i, file);
+        following_warning_print(&report->axis[i].warning,
+                                job_rig_axis(report->job, i), file);
+    }
     report_clock(report, file);
     if (report->rows_dropped > 0)
         fprintf(file,
@@ -414,6 +421,7 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
         arrivals_json(report->arrivals, i, item);
     json_add_fixed(item, "end_error", report_end_error(report, i), 32);
     report_json_events(item, axis);
+    following_warning_json(&axis->warning, item);
     return item;
 }
 

@@ -14,6 +14,7 @@
 #include "firmware/host/job/job.h"
 #include "firmware/host/recording/telemetry.h"
 #include "firmware/linux/machine/machine.h"
+#include "firmware/linux/player/following_warning.h"
 
 struct arrivals;
 struct loads;
@@ -28,6 +29,7 @@ struct report_axis {
     int64_t dur_ns;  /* from the start until the axis was at its end */
     bool arrived;
     struct hal_drive_events events;
+    struct following_warning warning;
 };
 
 enum report_end {

@@ -140,6 +140,8 @@ static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
     assert_int_equal(bench.report.rows_dropped, 0);
     assert_int_equal(bench.report.ticks_lost, 0);
     assert_false(trace.warped);
+    for (unsigned i = 0; i < bench.job.move.axis_count; i++)
+        assert_int_equal(bench.report.axis[i].warning.count, 0);
     for (unsigned i = 0; i < bench.job.rig.bus_count; i++) {
         struct budget budget;
         budget_of(&bench.job.rig, i, &bench.job, &budget);
@@ -438,6 +440,9 @@ static void reports_are_text_and_json(void **state)
     assert_non_null(strstr(
         text, "events: dolly: warning 2, emergency message 1 (0x8130)\n"));
     assert_non_null(strstr(text, "\"emergency message\":\t1"));
+    assert_non_null(strstr(
+        text, "events: dolly: following error over half of its limit 1 ("));
+    assert_non_null(strstr(text, "\"following_error_warning\":"));
     assert_non_null(strstr(text, "\"fault\":"));
     assert_non_null(strstr(text, "\"axis\":\t\"dolly\""));
 }
