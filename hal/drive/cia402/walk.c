@@ -123,7 +123,13 @@ uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
     if (power == CIA402_OPERATION_ENABLED && drive_cia402_is_enabled(self))
         return drive_cia402_words[power][self->request] |
                mode->ops->mode_word(self);
-    if (power == CIA402_QUICK_STOP_ACTIVE && drive_cia402_still_brakes(self))
+    /* What is latched may move by itself, as in homing, and 0x605C may let it
+     * coast: 0x605A brakes. */
+    if ((power == CIA402_QUICK_STOP_ACTIVE &&
+         drive_cia402_still_brakes(self)) ||
+        (power == CIA402_OPERATION_ENABLED &&
+         (self->phase == DRIVE_CIA402_LATCHED ||
+          self->phase == DRIVE_CIA402_RESET)))
         return drive_cia402_words[power][HAL_DRIVE_REQUEST_QUICK_STOP];
     return drive_cia402_words[power][self->request];
 }

@@ -43,6 +43,7 @@ struct row {
 };
 
 static const struct drive_cia402_parameter no_abort = { 0x6007, 0, 2, 0 };
+static const struct drive_cia402_parameter no_consumer = { 0x1016, 1, 4, 0 };
 static const struct drive_cia402_parameter coasts = { 0x605A, 0, 2, 0 };
 
 #define MISSING(...)   .missing = { __VA_ARGS__ }
@@ -129,6 +130,9 @@ static const struct row rows[] = {
     { .name = "6007 = 0 by the rig's parameters",
       .says = "0x6007",
       .parameter = &no_abort },
+    { .name = "1016 = 0 by the rig's parameters",
+      .says = "0x1016",
+      .parameter = &no_consumer },
     { .name = "605A = 0 by the rig's parameters",
       .says = "0x605A",
       .parameter = &coasts },
@@ -400,6 +404,12 @@ static const struct row rows[] = {
       .kind = { .old_bits = true },
       .says = "0x6041",
       .method = TO_SWITCH },
+    { .name = "bits of the last homing to the end of the next, 605C = 0",
+      .kind = { .old_bits = true,
+                INITIAL({ KEY(0x605C, 0), 0 }),
+                READ_ONLY(KEY(0x605C, 0)) },
+      .says = "0x6041",
+      .method = TO_SWITCH },
     { .name = "homing is not begun",
       .kind = { .ignores_start = true },
       .says = "0x6041",
@@ -610,6 +620,8 @@ static struct bench {
     struct homing homing;
     struct homing_config homing_config;
     char text[64]; /* the first sentence */
+    bool had_torque;
+    int64_t homing_ns; /* the last one began */
 } bench;
 
 static void tick(struct bench *b)
@@ -623,6 +635,7 @@ static void tick(struct bench *b)
     hal_fieldbus_end(&b->master.fieldbus, b->world.now_ns);
     controller_jog_step(&b->controller, &b->jog);
     homing_step(&b->homing);
+    b->had_torque |= b->servo.energised;
     hal_drive_feedback(&b->drive.drive, &seen);
     if (b->text[0] == 0 && seen.state != HAL_DRIVE_OFFLINE)
         memcpy(b->text, seen.fault_text, sizeof b->text);
@@ -870,6 +883,7 @@ static bool homes(struct bench *b)
         const double from = b->servo.pos;
 
         b->text[0] = 0;
+        b->homing_ns = b->world.now_ns;
         assert_int_equal(homing_start(&b->homing, 1), MOTION_OK);
         while (homing_is_running(&b->homing))
             tick(b);
@@ -1001,6 +1015,21 @@ static bool lives(struct bench *b)
 
 /* ---- claims -------------------------------------------------------------- */
 
+/* What it lacks is found before there is any torque, unless it shows in motion
+ * alone. */
+static void judge_refusal(const struct bench *b)
+{
+    const struct row *row = b->row;
+
+    if (b->had_torque && row->kind.event == QUIRK_NOTHING && row->method == 0 &&
+        !row->profile)
+        fail_msg("%s: torque before \"%s\"", row->name, b->text);
+    if (row->method != 0 && b->axis.homed)
+        fail_msg("%s: homed", row->name);
+    if (row->method != 0 && (row->kind.old_bits || row->kind.ignores_start))
+        assert_in_range(b->world.now_ns - b->homing_ns, 1000 * MS, 1050 * MS);
+}
+
 static void judge_end(struct bench *b)
 {
     const struct row *row = b->row;
@@ -1009,6 +1038,7 @@ static void judge_end(struct bench *b)
         fail_msg("%s: %s", row->name, b->text);
     if (strstr(b->text, row->says) == NULL)
         fail_msg("%s: says \"%s\"", row->name, b->text);
+    judge_refusal(b);
     if (!no_torque(b, 8000))
         fail_msg("%s: torque after \"%s\"", row->name, b->text);
     ticks(b, 1000);
