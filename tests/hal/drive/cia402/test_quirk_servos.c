@@ -843,6 +843,9 @@ static bool faults(struct bench *b)
         until(b, CONTROLLER_OFF, 20000);
     }
     assert_int_equal(b->controller.state, CONTROLLER_OFF);
+    if (fabs(b->servo.vel) > 1000)
+        fail_msg("%s: reset while it rolls, %g counts/s", b->row->name,
+                 b->servo.vel);
     ticks(b, 100);
     assert_false(b->servo.energised);
     return enabled(b);
