@@ -75,6 +75,8 @@ test-firmware: $(MCU_BOARDS:%=$(MCU_DIR)/%.elf) $(SLEW) $(MCU_PLAY) \
 	    tests/firmware/mcu/hil.sh
 	@SLEW=$(SLEW) LOG=$(MCU_LOG) IMAGES=$(MCU_DIR) PYTHON=$(PYTHON) \
 	    tests/firmware/mcu/rig.sh
+	@$(PYTHON) tests/firmware/mcu/clock.py $(MCU_DIR)/mps2_an386.elf mps2-an386 25000000
+	@$(PYTHON) tests/firmware/mcu/clock.py $(MCU_DIR)/netduinoplus2.elf netduinoplus2 168000000
 
 ## every example a board can play on Cortex-M0, M4 and RV32: the PC's set points
 test-processors: $(MCU_PROCESSORS:%=build/qemu/play-%.elf) $(SLEW) $(MCU_PACK)

@@ -224,6 +224,15 @@ static int registers_set_watch(struct mcu_registers *self, uint32_t ms)
     return MOTION_OK;
 }
 
+/* Set points are those of a tick, and so not changed by when it comes. */
+static int registers_set_clock(struct mcu_registers *self, int32_t ppb)
+{
+    if (ppb < -MCU_CLOCK_MAX || ppb > MCU_CLOCK_MAX)
+        return MOTION_E_ARG;
+    self->unit->clock_ppb = ppb;
+    return MOTION_OK;
+}
+
 static int registers_enable(struct mcu_registers *self)
 {
     const int err = controller_enable(&self->unit->controller);
@@ -240,6 +249,8 @@ static int registers_do(struct mcu_registers *self, enum mcu_command command,
 
     if (command == MCU_COMMAND_WATCH)
         return registers_set_watch(self, value);
+    if (command == MCU_COMMAND_CLOCK)
+        return registers_set_clock(self, (int32_t)value);
     if (self->unit->axis_count == 0)
         return MOTION_E_STATE;
     switch (command) {
@@ -262,6 +273,7 @@ static int registers_do(struct mcu_registers *self, enum mcu_command command,
     case MCU_COMMAND_OVERRIDE:
         return controller_override(controller, value);
     case MCU_COMMAND_WATCH:
+    case MCU_COMMAND_CLOCK:
         break;
     }
     return MOTION_E_ARG;

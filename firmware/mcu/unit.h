@@ -47,6 +47,8 @@ struct mcu_unit {
     unsigned axis_count; /* 0: not set up */
     uint32_t tick;       /* since power came; wraps */
     int64_t tick_ns;     /* its time */
+    int32_t clock_ppb;   /* its ticks come faster by so much, 1e-9; the board's
+                            timer looks at it after every tick */
     uint32_t began;      /* the tick of the last move's first set point */
     struct controller_axis axis[MCU_AXES_MAX];
     struct controller_axis_config axis_config[MCU_AXES_MAX];

@@ -11,7 +11,7 @@
 #define MCU_AXES_MAX 6 /* of a board */
 
 #define MCU_MAP_MAGIC   0x534C /* "SL" */
-#define MCU_MAP_VERSION 3
+#define MCU_MAP_VERSION 4
 
 /* Where they begin. */
 #define MCU_AT_IDENTITY  0x0000
@@ -29,9 +29,10 @@
 #define MCU_AXIS_WORDS     18
 #define MCU_WHY_WORDS      32 /* two characters each, the first one upper */
 #define MCU_COMMAND_WORDS  4
-#define MCU_COMMAND_AT     6     /* with the tick in which it is to be done */
-#define MCU_COMMAND_AHEAD  60000 /* ticks, at most */
-#define MCU_WATCH_MAX      60000 /* ms */
+#define MCU_COMMAND_AT     6      /* with the tick in which it is to be done */
+#define MCU_COMMAND_AHEAD  60000  /* ticks, at most */
+#define MCU_WATCH_MAX      60000  /* ms */
+#define MCU_CLOCK_MAX      500000 /* 1e-9 */
 
 /* Offsets into the state and into an axis. */
 enum mcu_state_word {
@@ -87,7 +88,8 @@ enum mcu_axis_word {
     X(MCU_COMMAND_OFF, 6)                                                      \
     X(MCU_COMMAND_RESET, 7)                                                    \
     X(MCU_COMMAND_OVERRIDE, 8) /* value: rate_q30 */                           \
-    X(MCU_COMMAND_WATCH, 9)    /* value: ms, 0 .. MCU_WATCH_MAX */
+    X(MCU_COMMAND_WATCH, 9)    /* value: ms, 0 .. MCU_WATCH_MAX */             \
+    X(MCU_COMMAND_CLOCK, 10)   /* value: faster by so many 1e-9, signed */
 enum mcu_command {
 #define MCU_COMMAND_ENUM(name, value) name = (value),
     MCU_COMMAND_LIST(MCU_COMMAND_ENUM)

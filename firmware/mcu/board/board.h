@@ -51,6 +51,8 @@ void board_port_start(struct board_port *port); /* something is to be sent */
 
 /* Since the start. */
 int64_t board_now_ns(void);
+/* In the tick: those to come are faster by so many 1e-9, +-MCU_CLOCK_MAX. */
+void board_steer(int32_t ppb);
 /* Keep the tick away, and let it come; nothing else is. */
 void board_hold(void);
 void board_release(void);

@@ -20,8 +20,12 @@
 extern uint32_t image_stack_top[], image_stack_end[], image_data_start[],
     image_data_end[], image_data_load[], image_bss_start[], image_bss_end[];
 
-static volatile int64_t cortex_tick_ns; /* time of the last tick */
-static uint32_t cortex_ns_q24;          /* 2^24 ns per cycle */
+static volatile int64_t cortex_tick_ns;        /* time of the last tick */
+static uint32_t cortex_ns_q24;                 /* 2^24 ns per cycle */
+static uint32_t cortex_cycles, cortex_ppb_q32; /* of a tick; and 1e-9 of them */
+/* What the counter began the present tick with, and will begin the next. */
+static volatile uint32_t cortex_from, cortex_next;
+static int64_t cortex_rest_q32; /* cycles that are owed */
 
 /* --- start-up ------------------------------------------------------------- */
 
@@ -48,6 +52,10 @@ static void cortex_start_tick(uint32_t cycles_s)
     const uint32_t cycles = cycles_s / BOARD_TICKS_S;
 
     cortex_ns_q24 = (uint32_t)(((uint64_t)BOARD_PERIOD_NS << 24) / cycles);
+    cortex_cycles = cycles;
+    cortex_ppb_q32 =
+        (uint32_t)(((uint64_t)cycles << 32) / UINT64_C(1000000000));
+    cortex_from = cortex_next = cycles - 1;
     SCB_SHPR3 = (uint32_t)BOARD_IRQ_TICK << 24;
     SYST_RVR = cycles - 1;
     SYST_CVR = 0;
@@ -92,23 +100,38 @@ __attribute__((section(".vectors"), used)) static const struct {
 void board_systick_isr(void)
 {
     cortex_tick_ns = cortex_tick_ns + BOARD_PERIOD_NS;
+    cortex_from = cortex_next;
     board_tick_isr(cortex_tick_ns);
+}
+
+/* The counter takes what is written when it has run down.  Whole cycles, and
+ * what is left over with those of the next tick. */
+void board_steer(int32_t ppb)
+{
+    const int64_t all_q32 = cortex_rest_q32 + (int64_t)ppb * cortex_ppb_q32;
+    const int32_t whole = (int32_t)(all_q32 >> 32);
+
+    cortex_rest_q32 = (int64_t)(uint32_t)all_q32;
+    cortex_next = cortex_cycles - 1 - (uint32_t)whole;
+    SYST_RVR = cortex_next;
 }
 
 /* The counter runs down from one tick to the next; one that is due and has not
  * been counted yet, because this is called where it cannot come, is added. */
 int64_t board_now_ns(void)
 {
-    int64_t tick_ns;
+    int64_t tick_ns, since_ns;
     uint32_t cycles, due;
 
     do {
         tick_ns = cortex_tick_ns;
         due = SCB_ICSR & ICSR_PENDSTSET;
-        cycles = SYST_RVR - SYST_CVR;
+        cycles = (due != 0 ? cortex_next : cortex_from) - SYST_CVR;
     } while (tick_ns != cortex_tick_ns || due != (SCB_ICSR & ICSR_PENDSTSET));
-    return tick_ns + (due != 0 ? BOARD_PERIOD_NS : 0) +
-           (int64_t)((uint64_t)cycles * cortex_ns_q24 >> 24);
+    since_ns = (int64_t)((uint64_t)cycles * cortex_ns_q24 >> 24);
+    if (since_ns >= BOARD_PERIOD_NS)
+        since_ns = BOARD_PERIOD_NS - 1; /* a longer tick: time goes on by one */
+    return tick_ns + (due != 0 ? BOARD_PERIOD_NS : 0) + since_ns;
 }
 
 void board_hold(void)

@@ -27,6 +27,7 @@ void board_tick_isr(int64_t now_ns)
 {
     main_ticks = main_ticks + 1;
     mcu_unit_tick(&main_unit, now_ns);
+    board_steer(main_unit.clock_ppb);
 }
 
 /* `was_sending` is the port's. */

@@ -70,6 +70,7 @@ void drive_slew_mcu_find(struct drive_slew_mcu_board *board)
     board->state_ns = board->ready_ns = 0;
     board->failures = 0;
     board->clocks = 0;
+    board->told_ppb = 0;
     board->retry_ns = 0;
     board->why[0] = '\0';
 }
@@ -85,8 +86,7 @@ static void board_note_clock(struct drive_slew_mcu_board *board, int64_t t_ns)
     board->clocks++;
 }
 
-int64_t drive_slew_mcu_time_ns(const struct drive_slew_mcu_board *board,
-                               int64_t t_ns)
+int64_t drive_slew_mcu_apart_ns(const struct drive_slew_mcu_board *board)
 {
     const unsigned count = board->clocks < DRIVE_SLEW_MCU_CLOCKS
                                ? board->clocks
@@ -96,7 +96,13 @@ int64_t drive_slew_mcu_time_ns(const struct drive_slew_mcu_board *board,
     for (unsigned i = 0; i < count; i++)
         if (board->apart_ns[i] < least_ns)
             least_ns = board->apart_ns[i];
-    return count == 0 ? 0 : t_ns - least_ns;
+    return least_ns;
+}
+
+int64_t drive_slew_mcu_time_ns(const struct drive_slew_mcu_board *board,
+                               int64_t t_ns)
+{
+    return board->clocks == 0 ? 0 : t_ns - drive_slew_mcu_apart_ns(board);
 }
 
 /* --- requests ------------------------------------------------------------- */

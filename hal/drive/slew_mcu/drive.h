@@ -25,6 +25,11 @@
  * DRIVE_SLEW_MCU_CLOCKS is how far they are apart, give or take what an answer
  * takes at the least.
  *
+ * While a move is played its ticks are made faster or slower (MCU_COMMAND_CLOCK),
+ * so that they stay as far apart as they were at the start: by 1 / 8 s of what has
+ * been added since, on top of what was needed in the move before.  An oscillator
+ * that is off by 50 ppm is 0.4 ms off then, and not more with time.
+ *
  * Where its axes should be by our clock is what set_target says; feedback tells
  * which of these set points was due when the position was measured, so that the
  * controller's following error is also how far the board is off our clock.
@@ -102,7 +107,10 @@ struct drive_slew_mcu_board {
     bool is_new;      /* no command has been sent since */
     int64_t ready_ns; /* READY since then; 0: it is not */
     int64_t apart_ns[DRIVE_SLEW_MCU_CLOCKS];
-    unsigned clocks; /* ever */
+    unsigned clocks;             /* ever */
+    int64_t start_apart_ns;      /* at the start of the move */
+    int32_t start_ppb, told_ppb; /* so much faster: then, and now */
+    int64_t clock_due_ns;        /* it is not told before */
 
     /* set-up */
     uint32_t setup_id;

@@ -40,6 +40,8 @@ void drive_slew_mcu_fail(struct drive_slew_mcu_board *board, const char *what,
 /* What its clock shows at our t_ns; 0: not known. */
 int64_t drive_slew_mcu_time_ns(const struct drive_slew_mcu_board *board,
                                int64_t t_ns);
+/* The same as a difference: our time less its own. */
+int64_t drive_slew_mcu_apart_ns(const struct drive_slew_mcu_board *board);
 void drive_slew_mcu_write(struct hal_modbus_request *request, uint16_t address,
                           const uint16_t *value, unsigned count);
 

@@ -6,7 +6,12 @@
 #include "motion/core/fixed.h"
 
 #define TRACKS_BEGIN_NS INT64_C(1000000000)
-#define TRACKS_ONE_Q30  (INT64_C(1) << 30)
+#define TRACKS_CLOCK_NS INT64_C(1000000000)
+/* Its clock is told what has been added since the start by 1 / 2^3 s; smaller
+ * changes are not worth a command. */
+#define TRACKS_CLOCK_SHIFT 3
+#define TRACKS_CLOCK_LEAST 2000
+#define TRACKS_ONE_Q30     (INT64_C(1) << 30)
 
 /* A cookie: the axis, and how many segments; none: its head. */
 #define TRACKS_COUNT_SHIFT 8
@@ -98,6 +103,8 @@ static int tracks_start(struct hal_drive *drive, int64_t start_ns,
     board->start_at = (uint32_t)(ticks + 1);
     board->start_ns = start_ns;
     board->rate_q30 = rate_q30;
+    board->start_apart_ns = drive_slew_mcu_apart_ns(board);
+    board->start_ppb = board->told_ppb;
     board->is_told = false;
     board->track = HAL_DRIVE_TRACK_WAITING;
     return MOTION_OK;
@@ -220,6 +227,29 @@ void drive_slew_mcu_piece_reply(struct drive_slew_mcu_board *board,
 
 /* --- commands --- */
 
+/* Faster, where it has fallen behind since the start. */
+static bool tracks_clock_command(struct drive_slew_mcu_board *board,
+                                 struct drive_slew_mcu_command *command)
+{
+    int64_t ppb = board->start_ppb +
+                  ((drive_slew_mcu_apart_ns(board) - board->start_apart_ns) >>
+                   TRACKS_CLOCK_SHIFT);
+
+    if (board->now_ns < board->clock_due_ns)
+        return false;
+    ppb = ppb > MCU_CLOCK_MAX    ? MCU_CLOCK_MAX
+          : ppb < -MCU_CLOCK_MAX ? -MCU_CLOCK_MAX
+                                 : ppb;
+    if (ppb - board->told_ppb < TRACKS_CLOCK_LEAST &&
+        board->told_ppb - ppb < TRACKS_CLOCK_LEAST)
+        return false;
+    board->told_ppb = (int32_t)ppb;
+    board->clock_due_ns = board->now_ns + TRACKS_CLOCK_NS;
+    command->command = MCU_COMMAND_CLOCK;
+    command->value = (uint32_t)board->told_ppb;
+    return true;
+}
+
 bool drive_slew_mcu_move_command(struct drive_slew_mcu_board *board,
                                  struct drive_slew_mcu_command *command)
 {
@@ -231,6 +261,8 @@ bool drive_slew_mcu_move_command(struct drive_slew_mcu_board *board,
         command->command = MCU_COMMAND_STOP;
         return true;
     }
+    if (board->track == HAL_DRIVE_TRACK_PLAYING)
+        return tracks_clock_command(board, command);
     if (board->track != HAL_DRIVE_TRACK_WAITING || board->is_told)
         return false;
     if (board->told_q30 != board->rate_q30) {

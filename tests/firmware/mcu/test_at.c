@@ -185,6 +185,23 @@ static void a_hold_is_in_its_tick_too(void **state)
     assert_int_equal(board.unit.controller.state, CONTROLLER_HOLDING);
 }
 
+/* Beside whatever waits or moves; its set points are those of their ticks. */
+static void its_clock_is_steered_within_500_ppm(void **state)
+{
+    (void)state;
+    board_init(&board);
+    assert_int_equal(board.unit.clock_ppb, 0);
+    assert_true(board_command(&board, MCU_COMMAND_CLOCK, (uint32_t)-500000));
+    assert_int_equal(board.unit.clock_ppb, -500000);
+    assert_false(board_command(&board, MCU_COMMAND_CLOCK, (uint32_t)-500001));
+    assert_false(board_command(&board, MCU_COMMAND_CLOCK, 500001));
+    assert_int_equal(board.unit.clock_ppb, -500000);
+    assert_true(board_command(&board, MCU_COMMAND_CLOCK, 500000));
+    assert_int_equal(board.unit.clock_ppb, 500000);
+    board_init(&board);
+    assert_int_equal(board.unit.clock_ppb, 0); /* after a reset */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -195,6 +212,7 @@ int main(void)
         cmocka_unit_test(a_stop_never_waits_and_a_move_must_be_there),
         cmocka_unit_test(a_repeated_command_is_done_once),
         cmocka_unit_test(a_hold_is_in_its_tick_too),
+        cmocka_unit_test(its_clock_is_steered_within_500_ppm),
     };
 
     seed_from("commands in their tick");

@@ -13,7 +13,7 @@ static int64_t board_sim_due_ns(const struct sim_member *member)
     const struct board_sim *self =
         CONTAINER_OF(member, const struct board_sim, member);
 
-    return self->begin_ns + (self->ticks + 1) * BOARD_SIM_TICK;
+    return self->begin_ns + self->due_ps / 1000;
 }
 
 /* As the image does: the tick, then what waited for it. */
@@ -23,10 +23,13 @@ static void board_sim_run(struct sim_member *member, int64_t now_ns)
 
     (void)now_ns;
     self->ticks++;
-    if (self->is_hung)
-        return;
-    mcu_unit_tick(&self->unit, self->ticks * BOARD_SIM_TICK);
-    mcu_registers_poll(&self->registers);
+    if (!self->is_hung) {
+        mcu_unit_tick(&self->unit, self->ticks * BOARD_SIM_TICK);
+        mcu_registers_poll(&self->registers);
+    }
+    /* 1e-9 of a tick of 1 ms is a ps */
+    self->due_ps +=
+        BOARD_SIM_TICK * 1000 - self->off_ppb - self->unit.clock_ppb;
 }
 
 static const struct sim_member_ops board_sim_ops = {
@@ -118,6 +121,7 @@ int board_sim_init(struct board_sim *self, struct sim_world *world,
     self->world = world;
     self->member.ops = &board_sim_ops;
     self->begin_ns = world->now_ns + BOARD_PHASE_NS;
+    self->due_ps = BOARD_SIM_TICK * 1000;
     self->config = (struct mcu_unit_config){ .period_ns = BOARD_SIM_TICK,
                                              .ring = self->ring,
                                              .window = BOARD_SIM_WINDOW,

@@ -25,7 +25,9 @@ struct board_sim {
     int64_t log[BOARD_SIM_LOG];
     int64_t begin_ns; /* power came */
     int64_t ticks;
-    bool is_hung; /* no tick */
+    int64_t due_ps;  /* the next tick, since then */
+    int32_t off_ppb; /* its oscillator is fast by so much, 1e-9 */
+    bool is_hung;    /* no tick */
     /* its own line, and the servos there */
     struct sim_world *world;
     bool has_line;

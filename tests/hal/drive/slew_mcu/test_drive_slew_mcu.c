@@ -10,6 +10,7 @@
 #include "hal/drive/slew_mcu/drive.h"
 #include "hal/drive/virtual/drive.h"
 #include "hal/modbus/master.h"
+#include "motion/core/fixed.h"
 #include "tests/support/check.h"
 
 #define ONE    (INT64_C(1) << 32)
@@ -245,6 +246,106 @@ static void a_move_longer_than_the_window_streams(void **state)
     assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
     assert_int_equal(bench->rows, 18000);
     boards_did_the_same();
+}
+
+/* --- clocks that go at other speeds --- */
+
+/* How much later than by our clock its next tick comes. */
+static int64_t behind_ns(const struct board_sim *board)
+{
+    return board->due_ps / 1000 - (board->ticks + 1) * BOARD_SIM_TICK;
+}
+
+/* The last ticks that a board has in its log are those of its tracks. */
+static void logs_are_the_tracks(void)
+{
+    for (unsigned b = 0; b < BOARDS; b++) {
+        const struct mcu_unit *unit = &bench->board[b].unit;
+        for (unsigned i = 0; i < unit->axis_count; i++) {
+            struct motion_cursor cursor = { 0 };
+            for (uint32_t n = mcu_log_first(&unit->log); n < unit->log.next;
+                 n++) {
+                const int64_t *entry = mcu_log_entry(&unit->log, n);
+                struct motion_sample sample;
+                motion_track_sample(&bench->track[b == 0 ? i : 2], &cursor,
+                                    entry[0] * MOTION_FIXED_NS_Q12, &sample);
+                assert_int_equal(entry[1 + i], sample.pos_q32);
+            }
+        }
+    }
+}
+
+/* A move of 5 min, with oscillators that are off by so much. */
+static int64_t most_apart_ns(const int32_t off_ppb[BOARDS])
+{
+    int64_t from_ns[BOARDS], most_ns = 0;
+    set_up();
+    for (unsigned b = 0; b < BOARDS; b++)
+        bench->board[b].off_ppb = off_ppb[b];
+    get_ready();
+    make_move(LONG, 1000);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 20000));
+    for (unsigned b = 0; b < BOARDS; b++)
+        from_ns[b] = behind_ns(&bench->board[b]);
+    while (bench->controller.state == CONTROLLER_MOVING) {
+        tick();
+        for (unsigned b = 0; b < BOARDS; b++) {
+            const int64_t ns = llabs(behind_ns(&bench->board[b]) - from_ns[b]);
+            most_ns = ns > most_ns ? ns : most_ns;
+        }
+    }
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_int_equal(bench->controller.state, CONTROLLER_READY);
+    for (unsigned i = 0; i < 5; i++)
+        tick(); /* a board's last tick is in its own time */
+    for (unsigned b = 0; b < BOARDS; b++)
+        assert_int_equal(bench->board[b].unit.log.next, LONG * 1000);
+    logs_are_the_tracks();
+    return most_ns;
+}
+
+/* Unsteered they would be 15 ms and 60 ms apart in the end. */
+static void clocks_that_differ_stay_together(void **state)
+{
+    static const struct {
+        int32_t off_ppb[BOARDS];
+        int64_t most_ns;
+    } rows[] = {
+        { { 0, 0 }, 100000 },
+        { { 50000, -50000 }, 600000 },
+        { { -200000, 200000 }, 2000000 },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const int64_t most_ns = most_apart_ns(rows[i].off_ppb);
+        print_message("%d ppm: at most %.3f ms apart in 5 min\n",
+                      abs(rows[i].off_ppb[0]) / 1000, (double)most_ns / 1e6);
+        if (most_ns > rows[i].most_ns)
+            fail_msg("above %.3f ms", (double)rows[i].most_ns / 1e6);
+    }
+}
+
+/* What it needed in the move before it has from the start of the next. */
+static void the_next_move_begins_with_what_the_last_needed(void **state)
+{
+    static const int32_t far[BOARDS] = { -200000, 200000 };
+    (void)state;
+    (void)most_apart_ns(far);
+    assert_true(abs(bench->board[0].unit.clock_ppb - 200000) < 20000);
+    for (unsigned i = 0; i < 500; i++)
+        tick(); /* the boards say that they are at the end */
+    make_move(20, 200);
+    assert_int_equal(playback_go(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 20000));
+    const int64_t from_ns = behind_ns(&bench->board[0]);
+    while (bench->controller.state == CONTROLLER_MOVING)
+        tick();
+    assert_int_equal(bench->controller.state, CONTROLLER_READY);
+    assert_true(llabs(behind_ns(&bench->board[0]) - from_ns) <= MS / 5);
+    assert_true(abs(bench->board[0].unit.clock_ppb - 200000) < 40000);
 }
 
 static void it_is_played_again_from_where_it_is(void **state)
@@ -563,6 +664,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_move_is_the_same_on_boards_and_begins_together),
         cmocka_unit_test(a_move_longer_than_the_window_streams),
+        cmocka_unit_test(clocks_that_differ_stay_together),
+        cmocka_unit_test(the_next_move_begins_with_what_the_last_needed),
         cmocka_unit_test(it_is_played_again_from_where_it_is),
         cmocka_unit_test(an_override_is_the_boards_too),
         cmocka_unit_test(a_stop_stops_all_and_they_go_on_from_there),
