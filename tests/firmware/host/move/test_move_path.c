@@ -35,6 +35,7 @@ static void constant_speed_is_constant_along_every_curve(void **state)
         "c2\n  spacing: uniform",
         "c2\n  tolerance: 1 mm", /* of place, not of speed */
         "quintic",
+        "quintic\n  spacing: centripetal",
         "quintic\n  closed: true",
         "catmull-rom\n  spacing: chordal",
         "catmull-rom\n  closed: true",

@@ -165,6 +165,36 @@ static void what_a_shaper_costs_is_printed(void **state)
         fail_msg("shot at %.9g s: %s", shot_s, run_slew()->out);
 }
 
+/* In periods of 0.5 s without damping: half of one, one, one, and one and a half;
+ * impulses that are symmetric lag half of that. */
+static void every_kind_of_shaper_costs_what_its_impulses_last(void **state)
+{
+    static const struct {
+        const char *kind, *says;
+    } rows[] = {
+        { "zv", "0.250 s longer, and every axis is 0.125 s later" },
+        { "zvd", "0.500 s longer, and every axis is 0.250 s later" },
+        { "ei", "0.500 s longer, and every axis is 0.250 s later" },
+        { "ei2", "0.750 s longer, and every axis is 0.375 s later" },
+    };
+
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        char text[128];
+        snprintf(text, sizeof text,
+                 "    shaper: {kind: %s, frequency: 2 Hz, damping: 0 %%}\n",
+                 rows[i].kind);
+        put_rig(text);
+        run_put("move.yaml", move_text);
+        run("plan", run_path("rig.yaml"), run_path("move.yaml"));
+        run_expect(0);
+        snprintf(text, sizeof text, "slide: shaper %s, 2 Hz, damping 0\n",
+                 rows[i].kind);
+        run_says(text);
+        run_says(rows[i].says);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -173,6 +203,7 @@ int main(void)
         cmocka_unit_test(a_plan_says_where_the_axes_go_between_two_times),
         cmocka_unit_test(what_would_not_end_or_is_played_once_is_refused),
         cmocka_unit_test(what_a_shaper_costs_is_printed),
+        cmocka_unit_test(every_kind_of_shaper_costs_what_its_impulses_last),
     };
     return cmocka_run_group_tests(tests, run_open, run_close);
 }
