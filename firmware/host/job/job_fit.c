@@ -10,6 +10,7 @@
 #include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
 #include "motion/double/double_math.h"
+#include "motion/plan/check.h"
 #include "motion/plan/fit/fit.h"
 #include "motion/plan/shoot/plan_shoot.h"
 
@@ -46,14 +47,20 @@ void job_fit_limit(const struct job *job, unsigned axis,
                                 &limit->period_ns);
 }
 
+/* What is judged, and where its shot begins and ends between the rolls. */
+struct job_fit_tracks {
+    const struct motion_track *track; /* of each axis */
+    int64_t start_ns_q12, end_ns_q12;
+};
+
 /* Is it of the pre-roll (`after` false) or of the post-roll, and not of the
  * shot?  Where they meet the acceleration is the shot's. */
 static bool job_fit_is_rolled(const struct job *job,
+                              const struct job_fit_tracks *of,
                               const struct job_violation *violation, bool after)
 {
     const int64_t t = violation->t_ns_q12,
-                  border = after ? job->end_ns_q12 - job->outcome.tail_ns_q12
-                                 : job->outcome.lag_ns_q12;
+                  border = after ? of->end_ns_q12 : of->start_ns_q12;
     struct motion_state beside;
 
     if ((after ? job->move.post_roll_ns_q12 : job->move.pre_roll_ns_q12) == 0 ||
@@ -61,48 +68,61 @@ static bool job_fit_is_rolled(const struct job *job,
         return false;
     if (t != border)
         return after ? t > border : t < border;
-    motion_track_state(&job->track[violation->axis], after ? t + 1 : t - 1,
+    motion_track_state(&of->track[violation->axis], after ? t + 1 : t - 1,
                        &beside);
     return violation->kind == JOB_JERK &&
            motion_fixed_abs(beside.jerk_q32) > (uint64_t)violation->limit;
 }
 
 /* A roll that takes so many times as long: the acceleration goes with 1 / T, the
- * jerk with 1 / T^2. */
-static bool job_fit_roll(const struct job *job,
+ * jerk with 1 / T^2.  A shot: velocity 1 / T, and so on; what time does not cure
+ * has no limit to be below. */
+static void job_fit_take(const struct job *job, const struct job_fit_tracks *of,
                          const struct job_violation *violation,
-                         struct job_fit_rolls *rolls)
+                         struct job_fit *fit)
 {
     const double ratio =
         fabs((double)violation->value) / (double)violation->limit;
-    const double need = violation->kind == JOB_JERK ? sqrt(ratio) : ratio;
+    const double roll = violation->kind == JOB_JERK ? sqrt(ratio) : ratio;
+    const double need = violation->kind == JOB_VEL    ? ratio
+                        : violation->kind == JOB_ACC  ? sqrt(ratio)
+                        : violation->kind == JOB_JERK ? double_cbrt(ratio)
+                                                      : 0;
 
-    if (job_fit_is_rolled(job, violation, false))
-        rolls->pre = fmax(rolls->pre, need);
-    else if (job_fit_is_rolled(job, violation, true))
-        rolls->post = fmax(rolls->post, need);
-    else
-        return false;
-    return true;
-}
-
-/* By the violations, which there are of every move: each has its worst value as
- * played, by the limit as it is. */
-static void job_fit_duration(const struct job *job, struct job_fit *fit)
-{
-    for (uint32_t i = 0; i < job->violation_count; i++) {
-        const struct job_violation *violation = &job->violation[i];
-        if (job_fit_roll(job, violation, &fit->rolls))
-            continue;
-        const double ratio =
-            fabs((double)violation->value) / (double)violation->limit;
-        const double need = violation->kind == JOB_VEL    ? ratio
-                            : violation->kind == JOB_ACC  ? sqrt(ratio)
-                            : violation->kind == JOB_JERK ? double_cbrt(ratio)
-                                                          : 0;
+    if (job_fit_is_rolled(job, of, violation, false)) {
+        fit->rolls.pre = fmax(fit->rolls.pre, roll);
+    } else if (job_fit_is_rolled(job, of, violation, true)) {
+        fit->rolls.post = fmax(fit->rolls.post, roll);
+    } else {
         fit->is_cured = fit->is_cured && need > 0;
         fit->stretch = fmax(fit->stretch, need);
     }
+}
+
+/* As it is played.  By the violations, which there are of every move: each has
+ * its worst value as played, by the limit as it is. */
+static struct job_fit job_fit_judged(const struct job *job)
+{
+    const struct job_fit_tracks of = { job->track, job->outcome.lag_ns_q12,
+                                       job->end_ns_q12 -
+                                           job->outcome.tail_ns_q12 };
+    struct job_fit fit = { .rolls = { 1, 1 }, .is_cured = true, .stretch = 1 };
+
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        job_fit_take(job, &of, &job->violation[i], &fit);
+    return fit;
+}
+
+/* The tracks before the shapers, without what these add before and after. */
+static struct job_fit_tracks job_fit_plain_tracks(const struct job *job)
+{
+    const double second = (double)MOTION_FIXED_S_Q12;
+    const int64_t lag = llround(job->shaping.lag_s * second);
+
+    /* both of the shot's borders are as much later */
+    return (struct job_fit_tracks){ job->plain, job->outcome.lag_ns_q12 - lag,
+                                    job->end_ns_q12 - lag -
+                                        job->outcome.tail_ns_q12 };
 }
 
 /* A shaper smooths what lasts no longer than it, and less of it the slower the
@@ -110,12 +130,27 @@ static void job_fit_duration(const struct job *job, struct job_fit *fit)
  * What the plain one keeps, the shaped one does, too. */
 static void job_fit_plain(const struct job *job, struct job_fit *fit)
 {
+    const struct job_fit_tracks of = job_fit_plain_tracks(job);
     struct plan_limit limit;
 
+    fit->stretch = fit->rolls.pre = fit->rolls.post = 1;
     for (unsigned a = 0; a < job->planned; a++) {
         job_fit_limit(job, a, &limit);
-        fit->stretch = fmax(
-            fit->stretch, plan_fit_track_need(&job->plain[a], &limit).stretch);
+        const uint32_t count = plan_check_track(&of.track[a], &limit, NULL, 0);
+        struct plan_violation *found = memory_new(count + 1, sizeof *found);
+        plan_check_track(&of.track[a], &limit, found, count);
+        for (uint32_t k = 0; k < count; k++) {
+            const struct job_violation violation = {
+                .axis = a,
+                .kind = (enum job_violation_kind)found[k].kind,
+                .t_ns_q12 = found[k].t_ns_q12,
+                .value = found[k].value,
+                .limit = found[k].limit,
+            };
+            if (found[k].kind >= PLAN_VEL && found[k].kind <= PLAN_JERK)
+                job_fit_take(job, &of, &violation, fit);
+        }
+        memory_free(found);
     }
 }
 
@@ -201,15 +236,6 @@ static int64_t job_fit_shoot_end(const struct job *job,
                       (double)then.end_ns_q12);
 }
 
-/* As it is played. */
-static struct job_fit job_fit_judged(const struct job *job)
-{
-    struct job_fit fit = { .rolls = { 1, 1 }, .is_cured = true, .stretch = 1 };
-
-    job_fit_duration(job, &fit);
-    return fit;
-}
-
 static bool job_fit_has_rolls(const struct job *job)
 {
     return job->move.pre_roll_ns_q12 != 0 || job->move.post_roll_ns_q12 != 0;
@@ -228,7 +254,7 @@ static struct job_fit job_fit_of(const struct job *job)
 {
     struct job_fit fit = job_fit_judged(job);
 
-    if (fit.stretch > 1 && job->plain != NULL && !job_fit_has_rolls(job))
+    if (job->plain != NULL && job->violation_count > 0)
         job_fit_plain(job, &fit);
     if (fit.stretch > 1)
         for (unsigned a = 0; a < job->move.axis_count; a++)
@@ -242,8 +268,9 @@ static struct job_fit job_fit_of(const struct job *job)
 
 double job_fit_stretch(const struct job *job, struct job_fit_rolls *rolls)
 {
-    const struct job_fit fit =
-        job->plain != NULL ? job_fit_judged(job) : job_fit_of(job);
+    const struct job_fit fit = job->plain != NULL && !job_fit_has_rolls(job)
+                                   ? job_fit_judged(job)
+                                   : job_fit_of(job);
 
     *rolls = fit.rolls;
     return fit.is_cured ? fit.stretch : 0;

@@ -117,7 +117,7 @@ static void check_says_what_a_shoot_needs(void **state)
 
     (void)state;
     for (size_t i = 0; i < 2 * ARRAY_LEN(modes); i++) {
-        double end_s, move_s, exposure_s = 0.1;
+        double end_s = 0, move_s = 0.3, exposure_s = 0.1;
         snprintf(text, sizeof text,
                  RIG "%s"
                      "gpio: {camera: {kind: trigger, line: GPIO5}}\n",
@@ -129,7 +129,7 @@ static void check_says_what_a_shoot_needs(void **state)
                      "80 mm]]}}\n"
                      "shoot: {mode: %s, line: camera, frames: 7, exposure: "
                      "%.3f s, move: %.3f s}\n",
-                     modes[i / 2], exposure_s, again ? move_s : 0.3);
+                     modes[i / 2], exposure_s, move_s);
             run_write(move, text);
             assert_int_equal(run("check", rig, move), again ? 0 : 1);
             if (again)
@@ -178,6 +178,25 @@ static void with_a_shaper_check_says_what_fit_finds(void **state)
      * 2.683 s, 54 D / T^3 is 900 mm/s3 in 1.687 s */
     if (fabs(more_s - (sqrt(7.2) - 0.3)) > 1e-3)
         fail_msg("%.4f s more", more_s);
+    run_write(rig, RIG);
+}
+
+/* A shaper takes what a roll lacks into the shot, which stays as it was: 15 mm/s from
+ * rest need 1.5 v / T of 100 mm/s2 and 6 v / T^2 of 900 mm/s3. */
+static void with_a_shaper_a_roll_alone_gets_longer(void **state)
+{
+    (void)state;
+    run_write(rig, RIG "    shaper: {kind: ei2, frequency: 2 Hz}\n");
+    run_write(move, "pre_roll: 50 ms\npost_roll: 50 ms\naxes: {lift: {curve: "
+                    "linear, keys: [[0 s, -75 mm], [10 s, 75 mm]]}}\n");
+    assert_int_equal(run("check", rig, move), 1);
+    expect_in(run_slew()->out, "Needs a pre_roll of 0.317 s and a post_roll of "
+                               "0.317 s; slew fit writes them.\n");
+    assert_null(strstr(run_slew()->out, "Fits in"));
+    assert_int_equal(run("fit", rig, move), 0);
+    expect_in(text_of(move), "pre_roll: 0.316228");
+    assert_null(strstr(text_of(move), "duration"));
+    assert_int_equal(run("check", rig, move), 0);
     run_write(rig, RIG);
 }
 
@@ -533,6 +552,7 @@ int main(void)
         cmocka_unit_test(rolls_and_a_shoot_are_not_given_together),
         cmocka_unit_test(check_says_what_a_shoot_needs),
         cmocka_unit_test(with_a_shaper_check_says_what_fit_finds),
+        cmocka_unit_test(with_a_shaper_a_roll_alone_gets_longer),
         cmocka_unit_test(check_does_not_promise_what_is_fixed),
         cmocka_unit_test(the_text_keeps_all_but_the_times),
         cmocka_unit_test(stretch_lengthens_all_of_it),
