@@ -383,12 +383,14 @@ static int warp_monotone(struct warp *warp, struct motion_real a,
         const int64_t border_ms = motion_time_warp_ms(border);
         if (warp_is_near(border_ms, motion_time_warp_ms(to)))
             break;
-        const int64_t crossing = warp_crossing(warp, a, b, border);
-        if (warp_skips(warp, i, back, crossing, b))
-            break;
-        if (!warp_is_near(border_ms, motion_time_warp_ms(from)) &&
-            !warp_skips(warp, i, back, crossing, a))
-            rc = warp_piece(warp, crossing, s);
+        /* where w begins there is no crossing to be found */
+        if (!warp_is_near(border_ms, motion_time_warp_ms(from))) {
+            const int64_t crossing = warp_crossing(warp, a, b, border);
+            if (warp_skips(warp, i, back, crossing, b))
+                break;
+            if (!warp_skips(warp, i, back, crossing, a))
+                rc = warp_piece(warp, crossing, s);
+        }
         i += back ? UINT32_MAX : 1;
     }
     if (rc == MOTION_OK)

@@ -3,6 +3,7 @@
 #include "motion/plan/plan_couple.h"
 
 #include "motion/core/err.h"
+#include "motion/plan/plan_track.h"
 #include "tests/firmware/host/move/move_file.h"
 
 #define RIG "examples/dolly/rig.yaml"
@@ -57,17 +58,22 @@ static void a_gear_is_its_ratio_at_any_time(void **state)
 }
 
 /* The curve of the file by itself, read where the master is. */
-static double table(double m, int derivative)
+static struct motion_track curve;
+
+static void plan_table(void)
 {
-    static struct motion_track curve;
-    static const struct plan_coupling *of;
-    const struct plan_coupling *own = &file.move.coupling[0];
-    struct motion_state state;
     struct plan_error error;
 
-    if (of != own)
-        assert_int_equal(plan_axis_track(&own->cam, &curve, &error), 0);
-    of = own;
+    plan_track_free(&curve);
+    assert_int_equal(
+        plan_axis_track(&file.move.coupling[0].cam, &curve, &error), 0);
+}
+
+static double table(double m, int derivative)
+{
+    const struct plan_coupling *own = &file.move.coupling[0];
+    struct motion_state state;
+
     motion_track_state(&curve,
                        llrint((m - ldexp((double)own->low_q32, -32)) * 4096e6),
                        &state);
@@ -88,6 +94,7 @@ static void a_cam_dwells_rises_and_dwells(void **state)
                          "  pan: {master: dolly, curve: s-curve, cam: "
                          "[[100 mm, 5 deg], [200 mm, 5 deg], [400 mm, 45 deg],"
                          " [600 mm, 45 deg]]}\n");
+    plan_table();
     expect_curve(table, 1e-8, 1e-6, 1e-4);
     assert_true(fabs(table(300, 0) - 25) < 1e-6);
     for (double t_s = 0; t_s < 9; t_s += 0.01) {
@@ -99,6 +106,21 @@ static void a_cam_dwells_rises_and_dwells(void **state)
         assert_true(m < 400 || fabs(p - 45) < 1e-9);
     }
     assert_true(low > 20 && high > 100);
+    move_file_close(&file);
+}
+
+/* The master rests at the end of the table and goes back out of its dwell while
+ * it speeds up: in the first segment of its way back. */
+static void it_leaves_a_dwell_at_the_end_of_the_table(void **state)
+{
+    (void)state;
+    move_file_need(&file, RIG,
+                   DOLLY "couplings:\n"
+                         "  pan: {master: dolly, curve: s-curve, cam: "
+                         "[[0 mm, 5 deg], [590 mm, 45 deg], "
+                         "[600 mm, 45 deg]]}\n");
+    plan_table();
+    expect_curve(table, 1e-8, 1e-6, 1e-4);
     move_file_close(&file);
 }
 
@@ -208,6 +230,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_gear_is_its_ratio_at_any_time),
         cmocka_unit_test(a_cam_dwells_rises_and_dwells),
+        cmocka_unit_test(it_leaves_a_dwell_at_the_end_of_the_table),
         cmocka_unit_test(a_coupling_comes_after_the_warp),
         cmocka_unit_test(
             the_limits_of_the_axis_are_checked_over_the_masters_move),
