@@ -37,11 +37,16 @@ static int joints_check(const struct joints *self)
                                   "axis %s has its times found, but its drive "
                                   "goes from key to key by its own profile",
                                   axis->name);
-        if (axis->key_count != self->keys || self->keys < 2)
+        if (self->keys < 2)
+            return plan_error_set(self->error, MOTION_E_ARG, axis->place,
+                                  "axis %s has one key, and timing goes from "
+                                  "key to key: two at least are expected",
+                                  axis->name);
+        if (axis->key_count != self->keys)
             return plan_error_set(
                 self->error, MOTION_E_ARG, axis->place,
-                "axis %s has %u keys, expected %u as axis %s, and two at "
-                "least: timing takes all axes from key to key together",
+                "axis %s has %u keys, expected %u as axis %s: timing takes all "
+                "axes from key to key together",
                 axis->name, axis->key_count, self->keys,
                 joints_axis(self, 0)->name);
     }

@@ -135,8 +135,6 @@ static void cmd_fit_text(const struct cmd_fit *self)
         puts("Nothing is written (--dry-run).");
     else
         printf("written to %s\n", self->to);
-    if (self->plot != NULL)
-        printf("picture: %s\n", self->plot);
 }
 
 static void cmd_fit_item(const struct cmd_fit *self, unsigned axis,
@@ -176,7 +174,7 @@ static void cmd_fit_json_values(const struct cmd_fit *self, cJSON *list)
     }
 }
 
-static void cmd_fit_json(const struct cmd_fit *self)
+static cJSON *cmd_fit_json(const struct cmd_fit *self)
 {
     cJSON *const report = cJSON_CreateObject();
 
@@ -191,11 +189,9 @@ static void cmd_fit_json(const struct cmd_fit *self)
                             self->repair.text.changed);
     if (!self->dry_run && self->repair.text.changed > 0)
         cJSON_AddStringToObject(report, "written", self->to);
-    if (self->plot != NULL)
-        cJSON_AddStringToObject(report, "picture", self->plot);
     cmd_fit_each(self, cmd_fit_item, cJSON_AddArrayToObject(report, "keys"));
     cmd_fit_json_values(self, cJSON_AddArrayToObject(report, "values"));
-    json_print(report, stdout);
+    return report;
 }
 
 /* --- solve and write ---------------------------------------------------------- */
@@ -230,15 +226,20 @@ static enum status cmd_fit_write(const struct cmd_fit *self)
     return output_commit(&output) < 0 ? STATUS_SYSTEM : STATUS_OK;
 }
 
-/* Takes the tracks: the last thing that is done. */
-static enum status cmd_fit_draw(struct cmd_fit *self)
+/* Takes the tracks, so that all else has been said before. */
+static enum status cmd_fit_draw(struct cmd_fit *self, cJSON *report)
 {
     if (self->plot == NULL)
         return STATUS_OK;
     if (self->repair.after != NULL)
         compare_repaired(&self->job, self->repair.after);
-    return picture_of_job(&self->job, NULL, self->plot) < 0 ? STATUS_SYSTEM
-                                                            : STATUS_OK;
+    if (picture_of_job(&self->job, NULL, self->plot) < 0)
+        return STATUS_SYSTEM;
+    if (report != NULL)
+        cJSON_AddStringToObject(report, "picture", self->plot);
+    else
+        printf("picture: %s\n", self->plot);
+    return STATUS_OK;
 }
 
 static enum status cmd_fit_fail(const char *what)
@@ -285,11 +286,13 @@ static enum status cmd_fit_job(struct cmd_fit *self,
         status = cmd_fit_write(self);
     if (status != STATUS_OK)
         return status;
-    if (options->json)
-        cmd_fit_json(self);
-    else
+    cJSON *const report = options->json ? cmd_fit_json(self) : NULL;
+    if (report == NULL)
         cmd_fit_text(self);
-    return cmd_fit_draw(self);
+    status = cmd_fit_draw(self, report);
+    if (report != NULL)
+        json_print(report, stdout);
+    return status;
 }
 
 static enum status cmd_fit_check(const struct options *options)

@@ -334,7 +334,8 @@ static void what_cannot_be_read_is_said_at_its_place(void **state)
           "3:20: key 3 is the same as the one before it in all axes" },
         { "timing: fastest\naxes:\n  x: {curve: rounded, keys: [0, 9]}\n",
           "has curve rounded, which is not for timing: fastest" },
-        { "timing: fastest\naxes:\n  x: {keys: [7]}\n", "two at least" },
+        { "timing: fastest\naxes:\n  x: {keys: [7]}\n",
+          "axis x has one key, and timing goes from key to key" },
     };
 
     (void)state;

@@ -496,6 +496,9 @@ static void a_picture_shows_before_and_after(void **state)
     assert_int_equal(run("fit", "--dry-run", "--plot", svg, rig, move), 0);
     assert_string_equal(text_of(move), MOVE);
     expect_in(text_of(svg), "<svg");
+    assert_int_equal(
+        run("fit", "--dry-run", "--plot", "/nowhere/both.svg", rig, move), 3);
+    assert_null(strstr(run_slew()->out, "picture"));
     assert_int_equal(run("fit", "--plot", "both.pdf", rig, move), 2);
 }
 
