@@ -17,8 +17,11 @@ static bool sim_is_unit(const double *axis)
 
 static bool sim_box_is_legal(const struct sim_box *box)
 {
-    bool legal = isfinite(sim_dot3(box->center_m, box->center_m)) &&
-                 isfinite(sim_dot3(box->half_m, box->half_m));
+    bool legal =
+        isfinite(sim_dot3(box->center_m, box->center_m)) &&
+        isfinite(sim_dot3(box->half_m, box->half_m)) &&
+        isfinite(sim_dot3(box->pivot_m, box->pivot_m)) &&
+        (sim_dot3(box->turns, box->turns) == 0 || sim_is_unit(box->turns));
 
     for (int k = 0; k < 3; k++)
         legal = legal && box->half_m[k] > 0 && sim_is_unit(box->axis[k]) &&

@@ -43,11 +43,14 @@ struct sim_plane {
     double axis[3];               /* a unit vector, or 0 0 0: never turns */
 };
 
-/* A fixed box, solid.  A sphere touches its faces, edges and corners: the normal
- * is from the box's nearest point to the sphere's centre. */
+/* A box, solid, where no sphere moves it; it may turn about an axis.  A sphere
+ * touches its faces, edges and corners: the normal is from the box's nearest point
+ * to the sphere's centre. */
 struct sim_box {
     double center_m[3], half_m[3]; /* half_m: of its sizes, > 0 */
     double axis[3][3]; /* unit vectors along these, each across the others */
+    double pivot_m[3]; /* on the axis about which it turns */
+    double turns[3];   /* along that, a unit vector, or 0 0 0: never turns */
 };
 
 /* A pair that may touch: sphere a with sphere b, a plane or a box; -1: not
@@ -101,7 +104,8 @@ int sim_bodies_init(struct sim_bodies *bodies,
                     struct sim_contact *contact);
 
 /* One step of step_s (> 0) from begin_s on, which only times are counted from.
- * turn_rad: the angle of every plane, or NULL when none turns.  MOTION_E_RANGE
+ * turn_rad: the angle of every plane, then of every box, or NULL when none
+ * turns.  MOTION_E_RANGE
  * when there are more than SIM_BODIES_EVENTS impacts or flights. */
 int sim_bodies_step(struct sim_bodies *bodies, double begin_s, double step_s,
                     const struct sim_signal *turn_rad);
@@ -117,7 +121,8 @@ void sim_bodies_momentum(const struct sim_bodies *bodies,
 void sim_bodies_angular_momentum(const struct sim_bodies *bodies,
                                  double *angular_kg_m2_s);
 
-/* Between the surfaces of a pair, with the planes at t_s of the last step. */
+/* Between the surfaces of a pair, with planes and boxes at t_s of the last
+ * step. */
 double sim_bodies_gap_m(const struct sim_bodies *bodies,
                         const struct sim_contact *contact, double t_s);
 

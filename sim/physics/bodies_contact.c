@@ -8,40 +8,62 @@
 
 #define REST_ITERATIONS 500
 #define REST_EXACT_M_S  1e-14 /* by which an iteration changes a speed */
-#define ADVANCE_MAX     1000
-#define SPHERE_INERTIA  0.4 /* of m r^2 */
+#define SPHERE_INERTIA  0.4   /* of m r^2 */
 
-static double sim_plane_angle(const struct sim_bodies *bodies, int plane,
-                              double t_s, double *speed)
+struct sim_turning sim_contact_turning(const struct sim_bodies *bodies,
+                                       const struct sim_contact *contact)
 {
-    *speed = 0;
-    if (bodies->turn_rad == NULL)
-        return 0;
-    const struct sim_signal slope = sim_signal_slope(&bodies->turn_rad[plane]);
-    *speed = sim_signal_at(&slope, t_s);
-    return sim_signal_at(&bodies->turn_rad[plane], t_s);
+    struct sim_turning turning = { NULL, NULL, NULL };
+    int index = contact->plane;
+
+    if (contact->plane >= 0) {
+        turning.point = bodies->plane[index].point_m;
+        turning.axis = bodies->plane[index].axis;
+    } else if (contact->box >= 0) {
+        turning.point = bodies->config.box[contact->box].pivot_m;
+        turning.axis = bodies->config.box[contact->box].turns;
+        index = bodies->config.planes + contact->box;
+    }
+    if (bodies->turn_rad != NULL && turning.axis != NULL &&
+        sim_dot3(turning.axis, turning.axis) > 0)
+        turning.angle = &bodies->turn_rad[index];
+    return turning;
 }
 
-/* The normal at t_s: turned about the axis, Rodrigues' formula. */
-static void sim_plane_normal(const struct sim_bodies *bodies, int plane,
-                             double t_s, double *normal, double *spin)
+static double sim_turning_speed(const struct sim_turning *turning, double t_s)
 {
-    const struct sim_plane *const of = &bodies->plane[plane];
-    double speed, across[3];
+    const struct sim_signal slope = sim_signal_slope(turning->angle);
 
-    memcpy(normal, of->normal, 3 * sizeof *normal);
-    memset(spin, 0, 3 * sizeof *spin);
-    if (sim_dot3(of->axis, of->axis) <= 0)
-        return;
-    const double angle = sim_plane_angle(bodies, plane, t_s, &speed);
+    return sim_signal_at(&slope, t_s);
+}
+
+/* Rodrigues' formula. */
+static void sim_turn(const double *axis, double angle, const double *from,
+                     double *to)
+{
     const double cosine = double_cos(angle), sine = double_sin(angle);
-    const double along = sim_dot3(of->axis, of->normal) * (1 - cosine);
-    sim_cross3(of->axis, of->normal, across);
+    const double along = sim_dot3(axis, from) * (1 - cosine);
+    double across[3];
+
+    sim_cross3(axis, from, across);
+    for (int k = 0; k < 3; k++)
+        to[k] = cosine * from[k] + sine * across[k] + along * axis[k];
+}
+
+void sim_turning_vel(const struct sim_turning *turning, double t_s,
+                     const double *pos, double *vel)
+{
+    double spin[3], arm[3];
+
+    memset(vel, 0, 3 * sizeof *vel);
+    if (turning->angle == NULL)
+        return;
+    const double speed = sim_turning_speed(turning, t_s);
     for (int k = 0; k < 3; k++) {
-        normal[k] =
-            cosine * of->normal[k] + sine * across[k] + along * of->axis[k];
-        spin[k] = speed * of->axis[k];
+        spin[k] = speed * turning->axis[k];
+        arm[k] = pos[k] - turning->point[k];
     }
+    sim_cross3(spin, arm, vel);
 }
 
 /* Out of a box to a place; how far that is outside. */
@@ -75,19 +97,52 @@ static double sim_box_gap(const struct sim_box *box, const double *pos,
     return distance;
 }
 
-/* With the spheres at these places; b: NULL when it is no sphere. */
-static void sim_contact_gap_at(const struct sim_bodies *bodies,
-                               const struct sim_contact *contact, double t_s,
-                               const double *a, const double *b,
-                               struct sim_touch *touch)
+/* The same of a box that may have turned: the place is turned back. */
+static double sim_box_gap_at(const struct sim_bodies *bodies,
+                             const struct sim_contact *contact, double t_s,
+                             const double *pos, double *normal)
+{
+    const struct sim_box *const box = &bodies->config.box[contact->box];
+    const struct sim_turning turning = sim_contact_turning(bodies, contact);
+    double from[3], back[3], out[3];
+
+    if (turning.angle == NULL)
+        return sim_box_gap(box, pos, normal);
+    const double angle = sim_signal_at(turning.angle, t_s);
+    for (int k = 0; k < 3; k++)
+        from[k] = pos[k] - turning.point[k];
+    sim_turn(turning.axis, -angle, from, back);
+    for (int k = 0; k < 3; k++)
+        back[k] += turning.point[k];
+    const double gap = sim_box_gap(box, back, out);
+    sim_turn(turning.axis, angle, out, normal);
+    return gap;
+}
+
+static void sim_plane_normal(const struct sim_bodies *bodies,
+                             const struct sim_contact *contact, double t_s,
+                             double *normal)
+{
+    const struct sim_turning turning = sim_contact_turning(bodies, contact);
+    const double *const from = bodies->plane[contact->plane].normal;
+
+    if (turning.angle == NULL)
+        memcpy(normal, from, 3 * sizeof *normal);
+    else
+        sim_turn(turning.axis, sim_signal_at(turning.angle, t_s), from, normal);
+}
+
+void sim_contact_gap_at(const struct sim_bodies *bodies,
+                        const struct sim_contact *contact, double t_s,
+                        const double *a, const double *b,
+                        struct sim_touch *touch)
 {
     const double radius = bodies->sphere[contact->a].radius_m;
-    double from[3], spin[3];
+    double from[3];
 
     if (contact->box >= 0) {
         touch->gap_m =
-            sim_box_gap(&bodies->config.box[contact->box], a, touch->normal) -
-            radius;
+            sim_box_gap_at(bodies, contact, t_s, a, touch->normal) - radius;
         return;
     }
     const double *const to =
@@ -95,7 +150,7 @@ static void sim_contact_gap_at(const struct sim_bodies *bodies,
     for (int k = 0; k < 3; k++)
         from[k] = a[k] - to[k];
     if (b == NULL) {
-        sim_plane_normal(bodies, contact->plane, t_s, touch->normal, spin);
+        sim_plane_normal(bodies, contact, t_s, touch->normal);
         touch->gap_m = sim_dot3(from, touch->normal) - radius;
         return;
     }
@@ -114,19 +169,19 @@ void sim_contact_gap(const struct sim_bodies *bodies,
         contact->b >= 0 ? bodies->sphere[contact->b].pos_m : NULL, touch);
 }
 
-/* Of a plane's surface where sphere a touches it. */
-static void sim_plane_speed(const struct sim_bodies *bodies,
-                            const struct sim_contact *contact, double t_s,
-                            double *vel)
+/* Of the surface of a plane or box where sphere a, at pos, touches it. */
+static void sim_surface_speed(const struct sim_bodies *bodies,
+                              const struct sim_contact *contact, double t_s,
+                              const double *pos, const double *normal,
+                              double *vel)
 {
-    const struct sim_sphere *const a = &bodies->sphere[contact->a];
-    const struct sim_plane *const plane = &bodies->plane[contact->plane];
-    double normal[3], spin[3], arm[3];
+    const struct sim_turning turning = sim_contact_turning(bodies, contact);
+    const double radius = bodies->sphere[contact->a].radius_m;
+    double at[3];
 
-    sim_plane_normal(bodies, contact->plane, t_s, normal, spin);
     for (int k = 0; k < 3; k++)
-        arm[k] = a->pos_m[k] - a->radius_m * normal[k] - plane->point_m[k];
-    sim_cross3(spin, arm, vel);
+        at[k] = pos[k] - radius * normal[k];
+    sim_turning_vel(&turning, t_s, at, vel);
 }
 
 /* Speeds of the touching points with a normal that is known. */
@@ -155,11 +210,11 @@ void sim_contact_touch(const struct sim_bodies *bodies,
                        const struct sim_contact *contact, double t_s,
                        struct sim_touch *touch)
 {
-    double surface[3] = { 0 };
+    double surface[3];
 
     sim_contact_gap(bodies, contact, t_s, touch);
-    if (contact->plane >= 0)
-        sim_plane_speed(bodies, contact, t_s, surface);
+    sim_surface_speed(bodies, contact, t_s, bodies->sphere[contact->a].pos_m,
+                      touch->normal, surface);
     sim_contact_speeds(bodies, contact, surface, touch);
 }
 
@@ -271,16 +326,17 @@ static void sim_sphere_ahead(const struct sim_sphere *sphere, double s,
         pos[k] = sphere->pos_m[k] + s * sphere->acc_m_s2[k];
 }
 
+/* Where sphere a comes, to a, and the pair's geometry there. */
 static void sim_contact_ahead(const struct sim_bodies *bodies,
                               const struct sim_contact *contact, double t_s,
-                              double s, struct sim_touch *touch)
+                              double s, double *a, struct sim_touch *touch)
 {
-    double a[3], b[3];
+    double b[3];
 
     sim_sphere_ahead(&bodies->sphere[contact->a], s, a);
     if (contact->b >= 0)
         sim_sphere_ahead(&bodies->sphere[contact->b], s, b);
-    sim_contact_gap_at(bodies, contact, t_s, a, contact->b >= 0 ? b : NULL,
+    sim_contact_gap_at(bodies, contact, t_s + s, a, contact->b >= 0 ? b : NULL,
                        touch);
 }
 
@@ -293,18 +349,22 @@ static void sim_contact_end(struct sim_bodies *bodies,
                             struct sim_touch *touch)
 {
     struct sim_touch middle;
+    double at[3];
 
-    memset(surface, 0, 3 * sizeof *surface);
     if (contact->plane >= 0) {
-        sim_contact_gap(bodies, contact, begin_s + step_s, touch);
+        const double end_s = begin_s + step_s;
+        sim_contact_gap(bodies, contact, end_s, touch);
         memcpy(touch->push, touch->normal, sizeof touch->push);
-        if (bodies->turn_rad != NULL)
-            sim_plane_speed(bodies, contact, begin_s + step_s, surface);
+        sim_surface_speed(bodies, contact, end_s,
+                          bodies->sphere[contact->a].pos_m, touch->normal,
+                          surface);
         return;
     }
-    sim_contact_ahead(bodies, contact, begin_s, 0.5 * step_s, &middle);
-    sim_contact_ahead(bodies, contact, begin_s, step_s, touch);
+    sim_contact_ahead(bodies, contact, begin_s, 0.5 * step_s, at, &middle);
+    sim_contact_ahead(bodies, contact, begin_s, step_s, at, touch);
     memcpy(touch->push, middle.normal, sizeof touch->push);
+    sim_surface_speed(bodies, contact, begin_s + step_s, at, touch->normal,
+                      surface);
 }
 
 void sim_contact_rest(struct sim_bodies *bodies, double begin_s, double step_s)
@@ -336,143 +396,4 @@ void sim_contact_rest(struct sim_bodies *bodies, double begin_s, double step_s)
             sim_contact_note(bodies, &bodies->contact[c],
                              bodies->begin_s + begin_s, step_s);
     }
-}
-
-/* The root of gap + speed s + acc/2 s^2 at which it falls; INFINITY when there
- * is none.  gap >= 0. */
-static double sim_contact_fall(double gap, double speed, double acc)
-{
-    const double square = speed * speed - 2 * acc * gap;
-
-    if (square < 0 || (speed >= 0 && acc >= 0))
-        return INFINITY;
-    if (speed < 0)
-        return 2 * gap / (sqrt(square) - speed);
-    return (speed + sqrt(square)) / -acc;
-}
-
-static void sim_sphere_later(const struct sim_sphere *sphere, double s,
-                             double *pos)
-{
-    for (int k = 0; k < 3; k++)
-        pos[k] = sphere->pos_m[k] +
-                 s * (sphere->vel_m_s[k] + 0.5 * s * sphere->acc_m_s2[k]);
-}
-
-/* Gap of a pair s later, on the parabolas. */
-static double sim_contact_later(const struct sim_bodies *bodies,
-                                const struct sim_contact *contact, double t_s,
-                                double s, struct sim_touch *touch)
-{
-    double a[3], b[3];
-
-    sim_sphere_later(&bodies->sphere[contact->a], s, a);
-    if (contact->b >= 0)
-        sim_sphere_later(&bodies->sphere[contact->b], s, b);
-    sim_contact_gap_at(bodies, contact, t_s + s, a, contact->b >= 0 ? b : NULL,
-                       touch);
-    return touch->gap_m;
-}
-
-/* A plane that turns: where the gap at the end is negative, by halving. */
-static double sim_contact_meet_turning(const struct sim_bodies *bodies,
-                                       const struct sim_contact *contact,
-                                       double t_s, double step_s)
-{
-    struct sim_touch touch;
-    double low = 0, high = step_s;
-
-    if (sim_contact_later(bodies, contact, t_s, step_s, &touch) >= 0)
-        return INFINITY;
-    for (int i = 0; i < 60; i++) {
-        const double middle = 0.5 * (low + high);
-        if (sim_contact_later(bodies, contact, t_s, middle, &touch) < 0)
-            high = middle;
-        else
-            low = middle;
-    }
-    return high;
-}
-
-/* By advancing no further than the pair can approach: vel, acc are a's against
- * what it meets. */
-static double sim_contact_advance(const struct sim_bodies *bodies,
-                                  const struct sim_contact *contact, double t_s,
-                                  double step_s, const double *vel,
-                                  const double *acc)
-{
-    const double most =
-        sqrt(sim_dot3(vel, vel)) + step_s * sqrt(sim_dot3(acc, acc));
-    struct sim_touch touch;
-    double s = 0;
-
-    for (int i = 0; i < ADVANCE_MAX && s < step_s; i++) {
-        const double gap = sim_contact_later(bodies, contact, t_s, s, &touch);
-        if (gap > most * (step_s - s))
-            return INFINITY;
-        if (gap >= 0.1 * SIM_BODIES_TOUCH_M)
-            s += gap / most;
-        else if (sim_dot3(touch.normal, vel) + s * sim_dot3(touch.normal, acc) <
-                 0)
-            return s;
-        else /* apart from a touch: not at once together again */
-            s += step_s / ADVANCE_MAX;
-    }
-    return s < step_s ? s : INFINITY;
-}
-
-/* Two spheres: a quadratic when both accelerate alike. */
-static double sim_contact_meet_spheres(const struct sim_bodies *bodies,
-                                       const struct sim_contact *contact,
-                                       double t_s, double step_s)
-{
-    const struct sim_sphere *const a = &bodies->sphere[contact->a];
-    const struct sim_sphere *const b = &bodies->sphere[contact->b];
-    const double reach = a->radius_m + b->radius_m;
-    double from[3], vel[3], acc[3];
-
-    for (int k = 0; k < 3; k++) {
-        from[k] = a->pos_m[k] - b->pos_m[k];
-        vel[k] = a->vel_m_s[k] - b->vel_m_s[k];
-        acc[k] = a->acc_m_s2[k] - b->acc_m_s2[k];
-    }
-    if (sim_dot3(acc, acc) > 1e-18 * (1 + sim_dot3(b->acc_m_s2, b->acc_m_s2)))
-        return sim_contact_advance(bodies, contact, t_s, step_s, vel, acc);
-    const double beyond = fmax(0, sim_dot3(from, from) - reach * reach);
-    return sim_contact_fall(beyond, 2 * sim_dot3(from, vel),
-                            2 * sim_dot3(vel, vel));
-}
-
-static double sim_contact_meet(const struct sim_bodies *bodies,
-                               const struct sim_contact *contact, double t_s,
-                               double step_s)
-{
-    const struct sim_sphere *const a = &bodies->sphere[contact->a];
-    struct sim_touch touch;
-
-    if (contact->b >= 0)
-        return sim_contact_meet_spheres(bodies, contact, t_s, step_s);
-    if (contact->box >= 0)
-        return sim_contact_advance(bodies, contact, t_s, step_s, a->vel_m_s,
-                                   a->acc_m_s2);
-    const double *const axis = bodies->plane[contact->plane].axis;
-    if (bodies->turn_rad != NULL && sim_dot3(axis, axis) > 0)
-        return sim_contact_meet_turning(bodies, contact, t_s, step_s);
-    sim_contact_gap(bodies, contact, t_s, &touch);
-    return sim_contact_fall(fmax(0, touch.gap_m),
-                            sim_dot3(a->vel_m_s, touch.normal),
-                            sim_dot3(a->acc_m_s2, touch.normal));
-}
-
-double sim_contact_next(const struct sim_bodies *bodies, double t_s,
-                        double step_s)
-{
-    double next_s = step_s;
-
-    for (int c = 0; c < bodies->contacts; c++) {
-        if (!bodies->contact[c].rests)
-            next_s = fmin(next_s, sim_contact_meet(bodies, &bodies->contact[c],
-                                                   t_s, next_s));
-    }
-    return next_s;
 }

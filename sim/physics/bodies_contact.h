@@ -30,7 +30,27 @@ struct sim_touch {
     double speed_m_s;   /* normal: negative when they approach */
 };
 
-/* Normal and gap with the planes at t_s, the spheres where they are. */
+/* Of a pair with a plane or box that turns: about what, and its angle over the
+ * step. */
+struct sim_turning {
+    const double *point, *axis;
+    const struct sim_signal *angle; /* NULL: it stands */
+};
+
+struct sim_turning sim_contact_turning(const struct sim_bodies *bodies,
+                                       const struct sim_contact *contact);
+/* How fast what turns goes at a place. */
+void sim_turning_vel(const struct sim_turning *turning, double t_s,
+                     const double *pos, double *vel);
+
+/* Normal and gap with the spheres at these places; b: NULL when it is no
+ * sphere. */
+void sim_contact_gap_at(const struct sim_bodies *bodies,
+                        const struct sim_contact *contact, double t_s,
+                        const double *a, const double *b,
+                        struct sim_touch *touch);
+
+/* Normal and gap with planes and boxes at t_s, the spheres where they are. */
 void sim_contact_gap(const struct sim_bodies *bodies,
                      const struct sim_contact *contact, double t_s,
                      struct sim_touch *touch);
@@ -51,7 +71,7 @@ double sim_contact_slip_mass(const struct sim_bodies *bodies,
                              const struct sim_contact *contact);
 
 /* Solve the contacts that rest over step_s: speeds at its begin to those at its
- * end, where planes are at end_s. */
+ * end, where planes and boxes are at end_s. */
 void sim_contact_rest(struct sim_bodies *bodies, double begin_s, double step_s);
 
 /* The first time in (0, step_s) after t_s at which a pair that does not rest
