@@ -6,8 +6,9 @@
 
 #include "motion/core/err.h"
 #include "motion/double/double_math.h"
+#include "sim/physics/payload_ball.h"
 
-#define GRAVITY 9.80665
+#define GRAVITY SIM_PAYLOAD_GRAVITY
 /* A curtain: a cloth of so much per m2 is as stiff as a soft spring between two
  * of its nodes; what is stiffer makes steps short and looks the same. */
 #define CURTAIN_SAG      0.02 /* that a column's own weight makes of its length */
@@ -42,7 +43,8 @@ static bool payload_is_legal(const struct sim_payload_config *config)
            (!cable || config->cable_kg > 0) &&
            (!curtain || config->width_m > 0) && config->damping >= 0 &&
            config->damping <= 1 &&
-           (!ball || (config->radius_m > 0 && config->friction >= 0));
+           (!ball || (config->radius_m > 0 && config->friction >= 0 &&
+                      config->wall_m >= 0));
 }
 
 double sim_payload_kg(const struct sim_payload_config *config)
@@ -243,42 +245,6 @@ static double payload_curtain_force(const struct sim_payload *self)
     return force;
 }
 
-/* ---- a ball ---- */
-
-static int payload_lay_ball(struct sim_payload *self, double at)
-{
-    const struct sim_payload_config *const config = &self->config;
-    const struct sim_bodies_config bodies = {
-        .spheres = 1,
-        .planes = 1,
-        .restitution = 0.2,
-        .friction = config->friction,
-        .gravity_m_s2 = { 0, 0, -GRAVITY },
-    };
-
-    /* a positive tilt lets it roll to positive x */
-    self->plate =
-        (struct sim_plane){ .normal = { 0, 0, 1 }, .axis = { 0, 1, 0 } };
-    self->ball = (struct sim_sphere){
-        .mass_kg = config->mass_kg,
-        .radius_m = config->radius_m,
-        .pos_m = { config->start_m * double_cos(at) +
-                       config->radius_m * double_sin(at),
-                   0,
-                   config->radius_m * double_cos(at) -
-                       config->start_m * double_sin(at) },
-    };
-    return sim_bodies_init(&self->bodies, &bodies, &self->ball, &self->plate,
-                           &self->contact);
-}
-
-/* Along the plate, from its axis. */
-static double payload_ball_m(const struct sim_payload *self)
-{
-    return self->ball.pos_m[0] * double_cos(self->at) -
-           self->ball.pos_m[2] * double_sin(self->at);
-}
-
 /* ---- all of them ---- */
 
 static int payload_advance(struct sim_payload *self, double step_s,
@@ -288,8 +254,7 @@ static int payload_advance(struct sim_payload *self, double step_s,
     case SIM_PAYLOAD_CURTAIN:
         return payload_pull_curtain(self, step_s, signal);
     case SIM_PAYLOAD_BALL:
-        return self->gone ? MOTION_OK
-                          : sim_bodies_step(&self->bodies, 0, step_s, signal);
+        return sim_payload_ball_step(self, step_s, signal);
     case SIM_PAYLOAD_PENDULUM:
     case SIM_PAYLOAD_CABLE:
     case SIM_PAYLOAD_KINDS:
@@ -307,11 +272,7 @@ static void payload_react(struct sim_payload *self, double step_s)
         self->force = payload_curtain_force(self);
         return;
     case SIM_PAYLOAD_BALL:
-        self->gone = self->gone ||
-                     fabs(payload_ball_m(self)) > 0.5 * self->config.length_m;
-        /* its weight on the plate turns it on, to where the ball lies */
-        self->force =
-            self->gone ? 0 : -self->contact.force_n * payload_ball_m(self);
+        sim_payload_ball_react(self, step_s);
         return;
     case SIM_PAYLOAD_PENDULUM:
     case SIM_PAYLOAD_CABLE:
@@ -344,7 +305,7 @@ int sim_payload_init(struct sim_payload *self,
         return MOTION_E_ARG;
     *self = (struct sim_payload){ .config = *config, .at = at };
     if (config->kind == SIM_PAYLOAD_BALL)
-        return payload_lay_ball(self, at);
+        return sim_payload_ball_init(self, at);
     if (config->kind != SIM_PAYLOAD_CURTAIN)
         return payload_hang(self);
     err = payload_weave(self, at);
@@ -360,7 +321,7 @@ double sim_payload_off_m(const struct sim_payload *self)
     double x, z, sum = 0;
 
     if (self->config.kind == SIM_PAYLOAD_BALL)
-        return fabs(payload_ball_m(self));
+        return fabs(sim_payload_ball_m(self));
     if (self->config.kind != SIM_PAYLOAD_CURTAIN) {
         sim_linkage_place_m(&self->linkage, last, &x, &z);
         return fabs(x);
@@ -392,7 +353,6 @@ static unsigned payload_hanging_points(const struct sim_payload *self,
 unsigned sim_payload_points(const struct sim_payload *self,
                             struct sim_payload_point point[SIM_PAYLOAD_NODES])
 {
-    const double half = 0.5 * self->config.length_m;
     double *const pos = self->particles.pos_m;
 
     switch (self->config.kind) {
@@ -403,16 +363,7 @@ unsigned sim_payload_points(const struct sim_payload *self,
         }
         return SIM_PAYLOAD_NODES;
     case SIM_PAYLOAD_BALL:
-        for (int i = 0; i < 2; i++) {
-            const double to = i == 0 ? -half : half;
-            point[i].x = to * double_cos(self->at);
-            point[i].y = 0;
-            point[i].z = -to * double_sin(self->at);
-        }
-        point[2] = (struct sim_payload_point){ self->ball.pos_m[0],
-                                               self->ball.pos_m[1],
-                                               self->ball.pos_m[2] };
-        return 3;
+        return sim_payload_ball_points(self, point);
     case SIM_PAYLOAD_PENDULUM:
     case SIM_PAYLOAD_CABLE:
     case SIM_PAYLOAD_KINDS:

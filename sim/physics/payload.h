@@ -9,8 +9,9 @@
  *   SIM_PAYLOAD_CABLE     SIM_PAYLOAD_LINKS links with a weight at the end
  *   SIM_PAYLOAD_CURTAIN   a cloth that hangs from its upper corners, one of which
  *                         the axis pulls (particles.h)
- *   SIM_PAYLOAD_BALL      a ball that rolls on the plate (bodies.h); beyond its
- *                         edge it is gone
+ *   SIM_PAYLOAD_BALL      a ball that rolls on the plate, a box (bodies.h), from
+ *                         wall to wall where it has walls; beyond its edge it is
+ *                         gone
  *
  * x is along the axis, z up, y to the left of both.  Points are in the frame of
  * the axis's zero. */
@@ -21,12 +22,15 @@
 #include "sim/physics/linkage.h"
 #include "sim/physics/particles.h"
 
+#define SIM_PAYLOAD_GRAVITY 9.80665
 #define SIM_PAYLOAD_LINKS   12
 #define SIM_PAYLOAD_COLUMNS 11 /* of a curtain's nodes */
 #define SIM_PAYLOAD_ROWS    9
 #define SIM_PAYLOAD_NODES   (SIM_PAYLOAD_COLUMNS * SIM_PAYLOAD_ROWS)
 #define SIM_PAYLOAD_SPRINGS                                                    \
     (6 * SIM_PAYLOAD_NODES + SIM_SPHERES_PAIRS(SIM_PAYLOAD_NODES))
+
+#define SIM_PAYLOAD_PLATE 3 /* the plate itself, its walls */
 
 enum sim_payload_kind {
     SIM_PAYLOAD_PENDULUM,
@@ -48,6 +52,7 @@ struct sim_payload_config {
     double radius_m; /* of a ball, > 0 */
     double friction; /* of a ball, >= 0 */
     double start_m;  /* of a ball along its plate */
+    double wall_m; /* how high the walls at both ends of a plate are; 0: none */
 };
 
 struct sim_payload_point {
@@ -61,7 +66,7 @@ struct sim_payload {
     bool gone;        /* the ball */
     /* private */
     double held_m;   /* of a curtain: where its other corner hangs */
-    double momentum; /* of what swings, along x */
+    double momentum; /* along x; of a ball the angular one, about the axis */
     struct sim_linkage linkage;
     struct sim_particles particles;
     struct sim_bodies bodies;
@@ -69,8 +74,8 @@ struct sim_payload {
     struct sim_spring spring[SIM_PAYLOAD_SPRINGS];
     double work[SIM_PARTICLES_WORK(SIM_PAYLOAD_NODES)];
     struct sim_sphere ball;
-    struct sim_plane plate;
-    struct sim_contact contact;
+    struct sim_box plate[SIM_PAYLOAD_PLATE];
+    struct sim_contact contact[SIM_PAYLOAD_PLATE];
 };
 
 /* At rest under an axis that stands there; it points into itself: do not copy.
@@ -89,8 +94,8 @@ int sim_payload_step(struct sim_payload *self, double step_s, double at,
 double sim_payload_off_m(const struct sim_payload *self);
 
 /* Where it is: of a pendulum and a cable the axis and then every mass; of a
- * curtain its nodes, column after column; of a ball both ends of the plate, and
- * the middle of the ball.  Returns how many, at most SIM_PAYLOAD_NODES. */
+ * curtain its nodes, column after column; of a ball the plate from end to end,
+ * each with the top of its wall, and the middle of the ball.  Returns how many, at most SIM_PAYLOAD_NODES. */
 unsigned sim_payload_points(const struct sim_payload *self,
                             struct sim_payload_point point[SIM_PAYLOAD_NODES]);
 

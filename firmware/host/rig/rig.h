@@ -287,6 +287,7 @@ struct rig_payload {
     uint8_t kind; /* enum rig_payload_kind */
     double mass_kg, cable_kg, length_m, width_m, damping, radius_m;
     double friction, start_m;
+    double wall_m;  /* at both ends of a ball's plate; 0: none */
     bool collides;  /* a curtain with itself */
     double arm_m;   /* of an axis that turns: from it to the payload; 0: none */
     double inertia; /* of what the axis moves itself, kg or kg m2; 0: it is so

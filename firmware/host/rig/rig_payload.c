@@ -135,6 +135,8 @@ static const struct yaml_field rig_payload_fields[] = {
       offsetof(struct rig_payload, friction) },
     { "start", YAML_OPTIONAL, "where the ball lies, from the plate's middle",
       payload_read_start, offsetof(struct rig_payload, start_m) },
+    { "wall", YAML_OPTIONAL, "1 mm .. 100 m, at both ends of a ball's plate",
+      payload_read_length, offsetof(struct rig_payload, wall_m) },
     { "arm", YAML_OPTIONAL, "1 mm .. 100 m, of an axis that turns",
       payload_read_length, offsetof(struct rig_payload, arm_m) },
     { "inertia", YAML_OPTIONAL,
@@ -162,6 +164,7 @@ static int payload_check_keys(const struct yaml_value *value,
         { "radius", ball, ball },
         { "friction", ball, false },
         { "start", ball, false },
+        { "wall", ball, false },
         { "arm", !ball && turns, !ball && turns },
     };
 

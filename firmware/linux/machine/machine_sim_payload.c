@@ -23,6 +23,7 @@ void machine_sim_payload_config(const struct rig_payload *from,
         .radius_m = from->radius_m,
         .friction = from->friction,
         .start_m = from->start_m,
+        .wall_m = from->wall_m,
     };
 }
 

@@ -135,6 +135,38 @@ static void a_ball_rolls_down_a_plate_and_off_it(void **state)
     assert_true(payload.force == 0);
 }
 
+/* It rolls to the lower wall, comes to rest there, and presses on the plate as a
+ * weight at the place where it lies, whatever wall and plate carry each. */
+static void a_ball_stays_between_the_walls_of_its_plate(void **state)
+{
+    const struct sim_payload_config config = { .kind = SIM_PAYLOAD_BALL,
+                                               .mass_kg = 0.2,
+                                               .length_m = 1,
+                                               .radius_m = 0.02,
+                                               .friction = 0.5,
+                                               .wall_m = 0.03 };
+    struct sim_payload_point point[SIM_PAYLOAD_NODES];
+    (void)state;
+
+    for (int side = -1; side <= 1; side += 2) {
+        const double tilt = side * 0.1;
+        build(&config);
+        play(tilt, 0.2, 6, NULL);
+        assert_false(payload.gone);
+        assert_int_equal(sim_payload_points(&payload, point), 5);
+        const double x = point[4].x;
+        const double along = x * cos(tilt) - point[4].z * sin(tilt);
+        if (fabs(side * along - (0.5 - config.radius_m)) > 1e-6)
+            fail_msg("lies at %.9f m", along);
+        if (fabs(payload.force + 0.2 * GRAVITY * x) > 1e-6)
+            fail_msg("torque %.9f N m, wanted %.9f", payload.force,
+                     -0.2 * GRAVITY * x);
+        /* the top of the wall there */
+        const struct sim_payload_point *const top = &point[side < 0 ? 0 : 3];
+        assert_true(fabs(hypot(top->x, top->z) - hypot(0.5, 0.03)) < 1e-12);
+    }
+}
+
 static void a_curtain_hangs_from_its_corners_and_comes_to_rest(void **state)
 {
     const struct sim_payload_config config = { .kind = SIM_PAYLOAD_CURTAIN,
@@ -235,6 +267,7 @@ int main(void)
         cmocka_unit_test(a_pendulum_swings_in_its_time),
         cmocka_unit_test(what_it_pulls_with_is_its_change_of_momentum),
         cmocka_unit_test(a_ball_rolls_down_a_plate_and_off_it),
+        cmocka_unit_test(a_ball_stays_between_the_walls_of_its_plate),
         cmocka_unit_test(a_curtain_hangs_from_its_corners_and_comes_to_rest),
         cmocka_unit_test(a_curtain_does_not_pass_through_itself),
         cmocka_unit_test(what_is_out_of_range_is_refused),
