@@ -7,24 +7,21 @@
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
+#include "firmware/host/plot/plot_space_panel.h"
 #include "firmware/host/plot/plot_style.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/camera/plan_camera.h"
 
 #define SPACE_WIDTH         1240
 #define SPACE_HEIGHT        760
-#define SPACE_POINTS        240 /* of the path */
-#define SPACE_FRAMES        13  /* frusta */
+#define SPACE_POINTS        240                /* of the path */
+#define SPACE_FRAMES        PLOT_SPACE_MOMENTS /* frusta */
 #define SPACE_FOCAL         35.0
 #define SPACE_SENSOR_WIDTH  36.0
 #define SPACE_SENSOR_HEIGHT 24.0
 /* Of the longer side of the scene: how far a frustum is drawn. */
 #define SPACE_FRUSTUM 0.09
 #define SPACE_CORNERS 4
-
-struct space_point {
-    double x[3]; /* m */
-};
 
 struct space_frame {
     struct space_point pupil, corner[SPACE_CORNERS];
@@ -34,18 +31,11 @@ struct space_frame {
 
 struct space {
     const struct job *job;
-    struct plan_rig rig; /* of the move's axes */
+    const struct plot_film *carried; /* NULL: nothing */
+    struct plan_rig rig;             /* of the move's axes */
     bool has_subject, is_subject_moving;
     struct space_point path[SPACE_POINTS + 1], subject[SPACE_POINTS + 1];
     struct space_frame frame[SPACE_FRAMES];
-};
-
-/* How a view projects: to the right and upwards. */
-struct space_view {
-    const char *name;
-    const char *right, *up; /* of its axes; NULL: no scale */
-    double across[3], over[3];
-    struct chart_box box;
 };
 
 static const struct space_view space_views[] = {
@@ -170,35 +160,6 @@ static void space_frames(struct space *self)
 
 /* ---- drawing ------------------------------------------------------------- */
 
-static double space_dot(const double a[3], const struct space_point *b)
-{
-    return a[0] * b->x[0] + a[1] * b->x[1] + a[2] * b->x[2];
-}
-
-struct space_panel {
-    const struct space_view *view;
-    struct chart chart;
-    bool is_empty;
-};
-
-static void space_include(struct space_panel *panel,
-                          const struct space_point *point)
-{
-    struct chart *chart = &panel->chart;
-    const double x = space_dot(panel->view->across, point),
-                 y = space_dot(panel->view->over, point);
-
-    if (panel->is_empty) {
-        chart->t0 = chart->t1 = x;
-        chart->low = chart->high = y;
-    }
-    panel->is_empty = false;
-    chart->t0 = fmin(chart->t0, x);
-    chart->t1 = fmax(chart->t1, x);
-    chart->low = fmin(chart->low, y);
-    chart->high = fmax(chart->high, y);
-}
-
 /* Everything with a margin, as long upwards as to the right. */
 static void space_fit(const struct space *self, struct space_panel *panel)
 {
@@ -212,6 +173,8 @@ static void space_fit(const struct space *self, struct space_panel *panel)
     for (int i = 0; i < SPACE_FRAMES; i++)
         for (int k = 0; k < SPACE_CORNERS; k++)
             space_include(panel, &self->frame[i].corner[k]);
+    if (self->carried != NULL)
+        space_include_carried(panel, self->carried);
     const double per_pixel =
         1.12 * fmax((chart->t1 - chart->t0) / chart->box.width,
                     (chart->high - chart->low) / chart->box.height);
@@ -221,32 +184,6 @@ static void space_fit(const struct space *self, struct space_panel *panel)
     chart->t1 = x + per_pixel * chart->box.width / 2;
     chart->low = y - per_pixel * chart->box.height / 2;
     chart->high = y + per_pixel * chart->box.height / 2;
-}
-
-static void space_to(const struct space_panel *panel,
-                     const struct space_point *point, bool is_first)
-{
-    const double x =
-        chart_x(&panel->chart, space_dot(panel->view->across, point));
-    const double y =
-        chart_y(&panel->chart, space_dot(panel->view->over, point));
-
-    if (is_first)
-        cairo_move_to(panel->chart.cairo, x, y);
-    else
-        cairo_line_to(panel->chart.cairo, x, y);
-}
-
-static void space_stroke(const struct space_panel *panel,
-                         const struct chart_color *color, double alpha,
-                         double width)
-{
-    const struct chart_color shade = { color->red, color->green, color->blue,
-                                       alpha };
-
-    chart_set_color(panel->chart.cairo, &shade);
-    cairo_set_line_width(panel->chart.cairo, width);
-    cairo_stroke(panel->chart.cairo);
 }
 
 static void space_draw_frame(const struct space *self,
@@ -281,14 +218,6 @@ static void space_draw_line(const struct space_panel *panel,
     space_stroke(panel, color, 1, 2.2);
 }
 
-static void space_mark(const struct space_panel *panel,
-                       const struct space_point *point,
-                       const struct chart_color *color)
-{
-    chart_marker(&panel->chart, space_dot(panel->view->across, point),
-                 space_dot(panel->view->over, point), 4.5, color);
-}
-
 static void space_draw_scales(const struct space_panel *panel)
 {
     const struct space_view *view = panel->view;
@@ -317,6 +246,8 @@ static void space_draw_view(const struct space *self,
     space_fit(self, &panel);
     space_draw_scales(&panel);
     cairo_set_line_join(cairo, CAIRO_LINE_JOIN_ROUND);
+    if (self->carried != NULL)
+        space_draw_carried(&panel, self->carried);
     for (int i = 0; i < SPACE_FRAMES; i++)
         space_draw_frame(self, &panel, i);
     space_draw_line(&panel, self->path, &plot_plan);
@@ -358,12 +289,15 @@ static void space_draw(cairo_t *cairo, void *context)
     x = space_legend(cairo, x, &plot_plan, "camera, from the disc on");
     x = space_legend(cairo, x, &plot_frame, "what it sees, thick: up");
     if (self->has_subject)
-        space_legend(cairo, x, &plot_error, "subject, to the disc");
+        x = space_legend(cairo, x, &plot_error, "subject, to the disc");
+    if (self->carried != NULL)
+        space_legend(cairo, x, &plot_shot, "what axes carry");
     for (unsigned i = 0; i < ARRAY_LEN(space_views); i++)
         space_draw_view(self, &space_views[i], cairo);
 }
 
-int plot_space_write(const struct job *job, enum plot_format format, FILE *file,
+int plot_space_write(const struct job *job, const struct plot_film *carried,
+                     enum plot_format format, FILE *file,
                      struct messages *messages)
 {
     struct space *self = memory_new(1, sizeof *self);
@@ -371,6 +305,7 @@ int plot_space_write(const struct job *job, enum plot_format format, FILE *file,
                                     self };
 
     self->job = job;
+    self->carried = carried;
     (void)job_camera_rig(job, &self->rig);
     space_points(self);
     space_frames(self);

@@ -290,6 +290,9 @@ struct rig_payload {
     double wall_m;  /* at both ends of a ball's plate; 0: none */
     bool collides;  /* a curtain with itself */
     double arm_m;   /* of an axis that turns: from it to the payload; 0: none */
+    /* in the camera's space, with its axis at 0, and which way that goes, level */
+    bool is_placed;
+    double origin_m[3], along[2];
     double inertia; /* of what the axis moves itself, kg or kg m2; 0: it is so
                        large that the payload does nothing to it */
     struct plan_place place;

@@ -69,6 +69,40 @@ static int payload_read_start(void *reader, const struct yaml_value *value,
     return payload_read(reader, value, UNITS_POSITION, -100, 100, out);
 }
 
+static int payload_read_origin(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct rig_payload *const payload = payload_of(reader);
+    int64_t q32[3];
+
+    (void)out;
+    ((struct rig_reader *)reader)->units.unit = UNITS_AXIS_MM;
+    if (rig_read_place(reader, value, q32) < 0)
+        return -1;
+    for (int k = 0; k < 3; k++)
+        payload->origin_m[k] =
+            (double)q32[k] / (double)MOTION_FIXED_ONE_Q32 * PAYLOAD_PER_MM;
+    payload->is_placed = true;
+    return 0;
+}
+
+static int payload_read_direction(void *reader, const struct yaml_value *value,
+                                  void *out)
+{
+    struct rig_payload *const payload = payload_of(reader);
+    struct motion_dir direction;
+
+    (void)out;
+    if (rig_read_direction(reader, value, &direction) < 0)
+        return -1;
+    if (direction.q62[2] != 0)
+        return yaml_value_refuse(value, "is not level");
+    for (int k = 0; k < 2; k++)
+        payload->along[k] = (double)direction.q62[k] * 0x1p-62;
+    payload->is_placed = true;
+    return 0;
+}
+
 static int payload_read_kind(void *reader, const struct yaml_value *value,
                              void *out)
 {
@@ -139,6 +173,13 @@ static const struct yaml_field rig_payload_fields[] = {
       payload_read_length, offsetof(struct rig_payload, wall_m) },
     { "arm", YAML_OPTIONAL, "1 mm .. 100 m, of an axis that turns",
       payload_read_length, offsetof(struct rig_payload, arm_m) },
+    { "origin", YAML_OPTIONAL,
+      "where it is in the camera's space with its axis at 0, such as [0 mm, 2 "
+      "m, 1.2 m]",
+      payload_read_origin, 0 },
+    { "direction", YAML_OPTIONAL,
+      "which way its axis goes there, level, such as [1, 0, 0]",
+      payload_read_direction, 0 },
     { "inertia", YAML_OPTIONAL,
       "of what the axis moves itself, 0.00001 .. 1000000 (kg, or kg m2 of an "
       "axis that turns)",
@@ -233,6 +274,7 @@ static int payload_read_one(void *reader, uint32_t key,
 
     *payload =
         (struct rig_payload){ .friction = 0.3,
+                              .along = { 1, 0 },
                               .place = yaml_tree_place(entry->tree, key) };
     memcpy(payload->name, entry->name, strlen(entry->name) + 1);
     value.expected = "a map with kind, axis, mass, length and what belongs to "

@@ -35,16 +35,17 @@ int picture_of_job(const struct job *job, const struct trace *trace,
                          &messages);
 }
 
-int picture_of_space(const struct job *job, const char *path)
+int picture_of_space(const struct job *job, const struct plot_film *carried,
+                     const char *path)
 {
     struct messages messages = { .text = NULL };
     struct output output;
     enum plot_format format;
     if (picture_open(&output, path, &format) < 0)
         return -1;
-    return picture_close(&output,
-                         plot_space_write(job, format, output.file, &messages),
-                         &messages);
+    return picture_close(
+        &output, plot_space_write(job, carried, format, output.file, &messages),
+        &messages);
 }
 
 int picture_of_otg(const struct otg_motion *motion, const char *title,

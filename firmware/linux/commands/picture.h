@@ -11,7 +11,8 @@
 
 int picture_of_job(const struct job *job, const struct trace *trace,
                    const char *path);
-int picture_of_space(const struct job *job, const char *path);
+int picture_of_space(const struct job *job, const struct plot_film *carried,
+                     const char *path);
 int picture_of_otg(const struct otg_motion *motion, const char *title,
                    const char *subtitle, const char *path);
 

@@ -124,25 +124,29 @@ static enum status cmd_plot_space(const struct job *job,
                                   const struct options *options)
 {
     struct plan_rig rig;
+    const bool has_camera = job_camera_rig(job, &rig);
     if (options->film && job->rig.payload_count == 0) {
         error_say("%s: no axis carries anything, expected payload",
                   job->rig_path);
         return STATUS_INPUT;
     }
-    if (options->film ||
-        (!job_camera_rig(job, &rig) && job->rig.payload_count > 0))
+    if (options->film || (!has_camera && job->rig.payload_count > 0))
         return plot_payload(job, options);
-    if (!job_camera_rig(job, &rig)) {
+    if (!has_camera) {
         error_say("%s: says nothing of where the camera is, expected "
                   "kinematics, payload, or a move with a path and a camera on "
                   "it",
                   job->rig_path);
         return STATUS_INPUT;
     }
-    if (picture_of_space(job, options->out) < 0)
-        return STATUS_SYSTEM;
-    cmd_plot_report(options->out, options->json);
-    return STATUS_OK;
+    enum status status = STATUS_OK;
+    if (job->rig.payload_count > 0)
+        status = plot_payload_space(job, &rig, options->out);
+    else if (picture_of_space(job, NULL, options->out) < 0)
+        status = STATUS_SYSTEM;
+    if (status == STATUS_OK)
+        cmd_plot_report(options->out, options->json);
+    return status;
 }
 
 /* A recording has its rig and its move in it. */
@@ -244,8 +248,8 @@ static const struct option_row cmd_plot_option[] = {
     { "axis", "NAME", OPTION_TEXT, offsetof(struct options, axis),
       "with --compare: whose keys" },
     { "space", NULL, OPTION_FLAG, offsetof(struct options, space),
-      "where the camera goes, how it looks and what it sees; without one, what "
-      "axes carry in twelve moments" },
+      "where the camera goes, how it looks and what it sees, with what axes "
+      "carry; without a camera, what axes carry in twelve moments" },
     { "film", NULL, OPTION_FLAG, offsetof(struct options, film),
       "what axes carry, moving: an .svg that plays, or .png after .png" },
     OPTIONS_COMMON,

@@ -9,10 +9,11 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/plot/plot_film.h"
+#include "firmware/host/job/job_payload.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/base/output.h"
+#include "firmware/linux/commands/picture.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "motion/core/err.h"
@@ -27,6 +28,8 @@
 
 struct film {
     const struct job *job;
+    const struct plan_rig *rig; /* points are in its camera's space; NULL: each
+                                   thing by itself */
     struct plot_film film;
     struct plot_film_thing *thing;
     struct sim_payload *payload;
@@ -68,12 +71,30 @@ static double film_at(const struct film *self, unsigned i, int64_t t_ns,
     return rig_payload_at(rig, payload, sample.pos_q32);
 }
 
+static void film_place(const struct film *self, unsigned i, unsigned moment,
+                       unsigned count, struct sim_payload_point point[])
+{
+    struct job_payload_place place;
+
+    job_payload_place(self->job, self->rig, film_of(self, i),
+                      moment * self->every_ns * MOTION_FIXED_NS_Q12,
+                      self->payload[i].at, &place);
+    for (unsigned k = 0; k < count; k++) {
+        const double from[3] = { point[k].x, point[k].y, point[k].z };
+        double to[3];
+        job_payload_in_space(&place, from, to);
+        point[k] = (struct sim_payload_point){ to[0], to[1], to[2] };
+    }
+}
+
 static void film_take(struct film *self, unsigned moment)
 {
     struct sim_payload_point point[SIM_PAYLOAD_NODES];
 
     for (unsigned i = 0; i < self->film.things; i++) {
         const unsigned count = sim_payload_points(&self->payload[i], point);
+        if (self->rig != NULL)
+            film_place(self, i, moment, count, point);
         struct plot_film_point *const to =
             (struct plot_film_point *)self->thing[i].point +
             (size_t)moment * count;
@@ -131,12 +152,25 @@ static int film_shoot(struct film *self)
         film_take(self, m);
         plan_progress_tell(&planning_progress, "moving", "payloads", m,
                            self->film.moments);
-        for (int64_t t_ns = 0; err == MOTION_OK && t_ns < self->every_ns;
+        const bool last = m + 1 == self->film.moments;
+        for (int64_t t_ns = 0;
+             !last && err == MOTION_OK && t_ns < self->every_ns;
              t_ns += FILM_STEP_NS)
             err = film_step(self, m * self->every_ns + t_ns + FILM_STEP_NS);
     }
     plan_progress_end(&planning_progress);
     return err;
+}
+
+static void film_begin(struct film *self, unsigned moments, int64_t every_ns)
+{
+    self->every_ns = every_ns;
+    self->film.things = self->job->rig.payload_count;
+    self->film.moments = moments;
+    self->film.every_s = 1e-9 * (double)every_ns;
+    self->thing = memory_new(self->film.things, sizeof *self->thing);
+    self->payload = memory_new(self->film.things, sizeof *self->payload);
+    self->film.thing = self->thing;
 }
 
 static void film_plan(struct film *self)
@@ -148,21 +182,13 @@ static void film_plan(struct film *self)
 
     while (whole_ns / every_ns >= FILM_MOMENTS_MAX)
         every_ns += FILM_EVERY_NS;
-    self->every_ns = every_ns;
+    film_begin(self, (unsigned)(whole_ns / every_ns) + 1, every_ns);
     snprintf(self->subtitle, sizeof self->subtitle,
              "%s%s%.3f s, and 2 s after it", job->rig.title,
              job->rig.title[0] != 0 ? "  \u00b7  " : "",
              number_double(job->end_ns_q12, 12) / 1e9);
-    self->film = (struct plot_film){
-        .title = job->move.title[0] != 0 ? job->move.title : "Move",
-        .subtitle = self->subtitle,
-        .things = job->rig.payload_count,
-        .moments = (unsigned)(whole_ns / every_ns) + 1,
-        .every_s = 1e-9 * (double)every_ns,
-    };
-    self->thing = memory_new(self->film.things, sizeof *self->thing);
-    self->payload = memory_new(self->film.things, sizeof *self->payload);
-    self->film.thing = self->thing;
+    self->film.title = job->move.title[0] != 0 ? job->move.title : "Move";
+    self->film.subtitle = self->subtitle;
 }
 
 static void film_free(struct film *self)
@@ -235,6 +261,29 @@ static void film_say(const struct film *self, const struct options *options,
     }
 }
 
+static void film_refuse(const struct film *self, int err)
+{
+    error_say("slew plot: a payload of %s: %s", self->job->rig_path,
+              motion_err_text(err));
+}
+
+enum status plot_payload_space(const struct job *job,
+                               const struct plan_rig *rig, const char *path)
+{
+    struct film self = { .job = job, .rig = rig };
+    const int64_t whole_ns = job->end_ns_q12 / MOTION_FIXED_NS_Q12;
+    const int64_t steps = whole_ns / (PLOT_SPACE_MOMENTS - 1) / FILM_STEP_NS;
+
+    film_begin(&self, PLOT_SPACE_MOMENTS, steps * FILM_STEP_NS);
+    int err = film_shoot(&self);
+    if (err < 0)
+        film_refuse(&self, err);
+    else
+        err = picture_of_space(job, &self.film, path);
+    film_free(&self);
+    return err == 0 ? STATUS_OK : STATUS_SYSTEM;
+}
+
 enum status plot_payload(const struct job *job, const struct options *options)
 {
     struct film self = { .job = job };
@@ -245,8 +294,7 @@ enum status plot_payload(const struct job *job, const struct options *options)
     film_plan(&self);
     err = film_shoot(&self);
     if (err < 0)
-        error_say("slew plot: a payload of %s: %s", job->rig_path,
-                  motion_err_text(err));
+        film_refuse(&self, err);
     else if (sequence)
         err = film_sequence(&self, options->out);
     else

@@ -124,8 +124,9 @@ static void every_camera_has_a_picture(void **state)
         char start[9] = "";
         for (int format = PLOT_SVG; format <= PLOT_PNG; format++) {
             FILE *file = tmpfile();
-            assert_int_equal(plot_space_write(job, (enum plot_format)format,
-                                              file, &messages),
+            assert_int_equal(plot_space_write(job, NULL,
+                                              (enum plot_format)format, file,
+                                              &messages),
                              0);
             assert_true(ftell(file) > 20000);
             rewind(file);

@@ -17,6 +17,7 @@
 
 #define SIGHT   "stroke:rgb(90.2%,62.4%,0%)"
 #define FRUSTUM "stroke-width:0.9;"
+#define CARRIED "stroke-width:1.6;"
 
 static char svg[1 << 20];
 
@@ -89,6 +90,48 @@ static void every_view_has_frusta_that_look_at_the_subject(void **state)
     assert_int_equal(next_path(&frusta, FRUSTUM, frustum), 0);
 }
 
+/* The rig of examples/slider with a weight on a rod under its head. */
+static void run_put_carried(const char *name)
+{
+    static char text[1 << 14];
+    size_t length;
+
+    run_read("examples/slider/rig.yaml", text, sizeof text);
+    length = strlen(text);
+    snprintf(text + length, sizeof text - length,
+             "payload:\n  bag: {kind: pendulum, axis: slide, length: 600 mm, "
+             "mass: 2}\n");
+    run_put(name, text);
+}
+
+/* In every view thirteen rods, of one length in the beginning and from the side
+ * straight down. */
+static void what_axes_carry_is_in_the_camera_s_scene(void **state)
+{
+    struct point rod[POINTS_MAX], above = { 0, 0 };
+    const char *rods = svg;
+
+    (void)state;
+    run_put_carried("rig.yaml");
+    run("plot", "--space", "--out", run_path("space.svg"), run_path("rig.yaml"),
+        "examples/slider/move.yaml");
+    run_expect(0);
+    run_read(run_path("space.svg"), svg, sizeof svg);
+    for (int i = 0; i < VIEWS * FRAMES; i++) {
+        assert_int_equal(next_path(&rods, CARRIED, rod), 2);
+        const double x = rod[1].x - rod[0].x, y = rod[1].y - rod[0].y;
+        if (i % FRAMES == 0 && i / FRAMES == 1) /* from above it is a point */
+            assert_true(hypot(x, y) < 0.02);
+        else if (i % FRAMES == 0)
+            assert_true(fabs(x) < 0.02 && y > 20);
+        if (i % FRAMES == 1)
+            above = rod[0];
+        if (i % FRAMES == FRAMES - 1) /* the slide has gone on */
+            assert_true(hypot(rod[0].x - above.x, rod[0].y - above.y) > 20);
+    }
+    assert_int_equal(next_path(&rods, CARRIED, rod), 0);
+}
+
 static void what_has_no_camera_is_refused(void **state)
 {
     (void)state;
@@ -100,6 +143,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_view_has_frusta_that_look_at_the_subject),
+        cmocka_unit_test(what_axes_carry_is_in_the_camera_s_scene),
         cmocka_unit_test(what_has_no_camera_is_refused),
     };
     return cmocka_run_group_tests(tests, run_open, run_close);
