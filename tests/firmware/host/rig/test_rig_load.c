@@ -810,7 +810,7 @@ static const struct {
     { "rig_virtual_line.yaml", 8, 28,
       "axis master is a virtual axis, which has no switches" },
     { "rig_payload_slanted.yaml", 10, 74, "direction is not level" },
-    { "rig_payload_wall.yaml", 10, 9, "of kind pendulum has no wall" },
+    { "rig_payload_wall.yaml", 10, 9, "lamp of kind pendulum has no wall" },
     { "rig_virtual_payload.yaml", 8, 32,
       "axis master is a virtual axis, which carries nothing" },
     { "rig_virtual_sim.yaml", 7, 11,
