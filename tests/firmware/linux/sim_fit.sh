@@ -93,3 +93,24 @@ with open(sys.argv[1]) as file:
 for name, value in (("position", 7), ("velocity", 45)):
     assert abs(float(loops[name].split()[0]) / value - 1) < 0.05, loops
 END
+
+# of a drive on Modbus there is none, and why is said with the figures of the rig
+"$slew" run --record "$dir/modbus.mcap" examples/modbus >"$dir/said" 2>&1 ||
+    { cat "$dir/said"; exit 1; }
+cycle=$("$slew" check examples/modbus 2>&1 |
+    sed -n 's/.*pan: a set point every \([0-9.]* ms\).*/\1/p')
+test -n "$cycle"
+"$slew" sim fit --dry-run examples/modbus "$dir/modbus.mcap" >"$dir/said" 2>&1
+grep "pan: left out, its drive is on Modbus: in which moment of $cycle a set" \
+    "$dir/said"
+"$slew" sim fit --dry-run --json examples/modbus "$dir/modbus.mcap" 2>"$dir/said" |
+    python3 -c '
+import json, math, sys
+report = json.load(sys.stdin)
+assert [axis["axis"] for axis in report["axes"]] == ["dolly", "focus", "tilt"]
+[pan] = report["left_out"]
+assert pan["axis"] == "pan", pan
+words = pan["why"].replace(";", "").split()
+goes, shows = float(words[words.index("to") + 1]), float(words[-2])
+assert abs(goes / (30 * float(words[words.index("of") + 1]) / 1000) - 1) < 0.02
+assert abs(shows / (10 / (2 * math.pi * 20) ** 2) - 1) < 0.02, pan'

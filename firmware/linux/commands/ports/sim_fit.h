@@ -9,12 +9,15 @@
 #include "firmware/linux/commands/planning.h"
 #include "sim/identify/servo_fit.h"
 
+#define SIM_FIT_WHY_MAX 256
+
 /* An axis of the rig on its way from the recording to the rig file.  In its own
  * unit: values times `unit` of sim_fit_parameter. */
 struct sim_fit_axis {
     const struct rig_axis *axis;
     double factor;     /* counts per unit, negative of a reversed axis */
     const char *other; /* why there is no model of it; NULL: there is */
+    char why[SIM_FIT_WHY_MAX]; /* `other`, with figures */
     /* rows of the recording, in counts */
     double *target, *actual;
     uint32_t rows;

@@ -4,12 +4,15 @@
  * An axis counts from where it has stood for a while before it first moves, up
  * to SIM_FIT_ROWS rows, or the first row that is missing. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
 #include "firmware/host/recording/mcap_reader.h"
 #include "firmware/host/recording/record_read.h"
+#include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/ports/sim_fit.h"
@@ -96,18 +99,40 @@ static void fit_rows_end(struct sim_fit_axis *self)
         self->rows -= self->stood - rest;
 }
 
+/* When a set point reaches a drive on Modbus is known to its line's cycle, in
+ * which an axis goes so far; a position loop with its speed fed forward is off
+ * by a / omega^2 where it accelerates. */
+static const char *fit_rows_modbus(const struct rig *rig,
+                                   struct sim_fit_axis *self)
+{
+    const struct rig_axis *const axis = self->axis;
+    const double cycle_s =
+        1e-9 * (double)modbus_budget_cycle_ns(rig, axis->bus);
+    const double omega = 1e-3 * axis->sim.omega_mrad_s;
+    const char *const unit = units_axis_text(axis->unit);
+
+    snprintf(self->why, sizeof self->why,
+             "its drive is on Modbus: in which moment of %.3g ms a set point "
+             "reached it is not in the recording, and within that it goes up "
+             "to %.2g %s; its servo's bandwidth shows as no more than %.2g %s",
+             1e3 * cycle_s, cycle_s * number_double(axis->limit.vel_q32, 32),
+             unit, number_double(axis->limit.acc_q32, 32) / (omega * omega),
+             unit);
+    return self->why;
+}
+
 /* Why the model is not one of this axis; NULL: it is. */
 static const char *fit_rows_other(const struct rig *rig,
-                                  const struct rig_axis *axis)
+                                  struct sim_fit_axis *self)
 {
+    const struct rig_axis *const axis = self->axis;
+
     if (rig_axis_is_virtual(axis))
         return "it is virtual";
-    if (!rig_bus_is_can(&rig->bus[axis->bus]))
-        return "its drive is on Modbus: the recording holds neither its own "
-               "ramp "
-               "nor when each set point reached it";
     if (axis->point_to_point)
         return "its drive goes by its own profile";
+    if (!rig_bus_is_can(&rig->bus[axis->bus]))
+        return fit_rows_modbus(rig, self);
     if (axis->kind != RIG_CIA402)
         return NULL;
     if (rig_stream(&axis->cia402, NULL) == DRIVE_CIA402_CSV)
@@ -120,7 +145,7 @@ static void fit_rows_begin(struct sim_fit_all *all)
     for (uint32_t i = 0; i < all->rig.axis_count; i++) {
         struct sim_fit_axis *const self = &all->axis[i];
         self->axis = &all->rig.axis[i];
-        self->other = fit_rows_other(&all->rig, self->axis);
+        self->other = fit_rows_other(&all->rig, self);
         self->period_ns = all->rig.period_ns;
         self->factor = (double)self->axis->counts_num /
                        (double)self->axis->counts_den * 0x1p-32;

@@ -164,15 +164,24 @@ static void fit_print_kept(const struct sim_fit_all *all)
     }
 }
 
-static void fit_left_out(const struct sim_fit_all *all)
+/* NULL: it is not, or was not wanted. */
+static const char *fit_left_out(const struct sim_fit_all *all, uint32_t axis)
+{
+    const struct sim_fit_axis *const self = &all->axis[axis];
+
+    if (self->fit.plays > 0 || all->options->axis != NULL)
+        return NULL;
+    return self->other != NULL ? self->other
+                               : "it does not move in the recording after a "
+                                 "tenth of a second at rest";
+}
+
+static void fit_print_left_out(const struct sim_fit_all *all)
 {
     for (uint32_t i = 0; i < all->rig.axis_count; i++) {
-        const struct sim_fit_axis *const self = &all->axis[i];
-        if (self->fit.plays == 0 && all->options->axis == NULL)
-            printf("%s: left out, %s\n", self->axis->name,
-                   self->other != NULL ? self->other
-                                       : "it does not move in the recording "
-                                         "after a tenth of a second at rest");
+        const char *const why = fit_left_out(all, i);
+        if (why != NULL)
+            printf("%s: left out, %s\n", all->axis[i].axis->name, why);
     }
 }
 
@@ -191,7 +200,7 @@ void sim_fit_print(const struct sim_fit_all *all)
         if (all->axis[i].fit.plays > 0)
             fit_axis_line(&all->axis[i]);
     fit_print_kept(all);
-    fit_left_out(all);
+    fit_print_left_out(all);
     putchar('\n');
     table_init(&table, ARRAY_LEN(head), head);
     for (uint32_t i = 0; i < all->rig.axis_count; i++)
@@ -246,6 +255,19 @@ static cJSON *fit_json_axis(const struct sim_fit_axis *self)
     return item;
 }
 
+static void fit_json_left_out(const struct sim_fit_all *all, cJSON *list)
+{
+    for (uint32_t i = 0; i < all->rig.axis_count; i++) {
+        const char *const why = fit_left_out(all, i);
+        if (why == NULL)
+            continue;
+        cJSON *const item = cJSON_CreateObject();
+        cJSON_AddStringToObject(item, "axis", all->axis[i].axis->name);
+        cJSON_AddStringToObject(item, "why", why);
+        cJSON_AddItemToArray(list, item);
+    }
+}
+
 void sim_fit_json(const struct sim_fit_all *all)
 {
     cJSON *const report = cJSON_CreateObject();
@@ -256,6 +278,7 @@ void sim_fit_json(const struct sim_fit_all *all)
     for (uint32_t i = 0; i < all->rig.axis_count; i++)
         if (all->axis[i].fit.plays > 0)
             cJSON_AddItemToArray(list, fit_json_axis(&all->axis[i]));
+    fit_json_left_out(all, cJSON_AddArrayToObject(report, "left_out"));
     if (all->options->plot != NULL)
         cJSON_AddStringToObject(report, "picture", all->options->plot);
     if (!all->options->dry_run)
