@@ -287,9 +287,9 @@ struct rig_payload {
     uint8_t kind; /* enum rig_payload_kind */
     double mass_kg, cable_kg, length_m, width_m, damping, radius_m;
     double friction, start_m;
-    double wall_m;  /* at both ends of a ball's plate; 0: none */
-    bool collides;  /* a curtain with itself */
-    double arm_m;   /* of an axis that turns: from it to the payload; 0: none */
+    double wall_m; /* at both ends of a ball's plate; 0: none */
+    bool collides; /* a curtain with itself */
+    double arm_m;  /* of an axis that turns: from it to the payload; 0: none */
     /* in the camera's space, with its axis at 0, and which way that goes, level */
     bool is_placed;
     double origin_m[3], along[2];

@@ -131,6 +131,9 @@ static const char *fit_rows_other(const struct rig *rig,
         return "it is virtual";
     if (axis->point_to_point)
         return "its drive goes by its own profile";
+    if (rig_kinds[axis->kind]->samples)
+        return "a board samples its move, and the recording has its place at "
+               "the line's cycle alone";
     if (!rig_bus_is_can(&rig->bus[axis->bus]))
         return fit_rows_modbus(rig, self);
     if (axis->kind != RIG_CIA402)
