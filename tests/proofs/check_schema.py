@@ -88,6 +88,8 @@ BEYOND = {
     "rig_anchor",
     "rig_angle_on_mm",
     "rig_bandwidth",
+    "rig_payload_slanted",
+    "rig_payload_wall",
     "rig_shaper_damping",
     "rig_shaper_frequency",
     "rig_shaper_unused",
