@@ -79,10 +79,8 @@ static void sim_can_trouble_hold(struct sim_can_trouble *self,
         return;
     }
     self->held[at] = *frame;
-    self->held_ns[at] = self->port->bus->world->now_ns + self->delay_ns;
-    if (self->jitter_ns > 0)
-        self->held_ns[at] +=
-            (int64_t)(sim_random(&self->seed) % (uint64_t)self->jitter_ns);
+    self->held_ns[at] = self->port->bus->world->now_ns +
+                        sim_impairment_late_ns(&self->impairment, &self->seed);
     if (self->count > 0) {
         const unsigned last =
             (at + SIM_CAN_TROUBLE_HELD - 1) % SIM_CAN_TROUBLE_HELD;
@@ -93,16 +91,12 @@ static void sim_can_trouble_hold(struct sim_can_trouble *self,
     self->count++;
 }
 
-static bool sim_can_trouble_draws(struct sim_can_trouble *self,
-                                  uint64_t share_q32)
-{
-    return share_q32 > 0 && sim_random(&self->seed) >> 32 < share_q32;
-}
-
 bool sim_can_trouble_pass(struct sim_can_trouble *self,
                           struct hal_can_frame *frame)
 {
-    if (sim_can_trouble_draws(self, self->loss_q32)) {
+    const struct sim_impairment *const impairment = &self->impairment;
+
+    if (sim_impairment_draws(&self->seed, impairment->loss_q32)) {
         self->dropped++;
         return false;
     }
@@ -112,9 +106,10 @@ bool sim_can_trouble_pass(struct sim_can_trouble *self,
     }
     if (self->spoil > 0 && frame->len > 0 && !frame->remote)
         sim_can_trouble_spoil(self, frame);
-    const bool twice = sim_can_trouble_draws(self, self->double_q32);
-    const bool late =
-        self->delay_ns > 0 || self->jitter_ns > 0 || self->count > 0;
+    const bool twice =
+        sim_impairment_draws(&self->seed, impairment->duplication_q32);
+    const bool late = impairment->delay_ns > 0 || impairment->jitter_ns > 0 ||
+                      self->count > 0;
     self->doubled += twice;
     if (late)
         sim_can_trouble_hold(self, frame);

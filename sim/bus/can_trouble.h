@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "sim/bus/can.h"
+#include "sim/bus/impairment.h"
 
 /* Late frames under way; one more is lost. */
 #define SIM_CAN_TROUBLE_HELD 64
@@ -22,12 +23,9 @@ struct sim_can_trouble {
     bool incoming; /* what the device is sent */
     bool drops;    /* data frames with drop_id */
     uint32_t drop_id;
-    int64_t delay_ns;    /* every frame so much later; 0: at once */
-    int64_t jitter_ns;   /* and up to so much more, at random; in order */
-    unsigned spoil;      /* so many more frames with data get other data */
-    uint64_t loss_q32;   /* so many in 2^32 are lost, */
-    uint64_t double_q32; /* come twice, one behind the other: 0 .. 2^32 */
-    uint64_t seed;       /* != 0: which, which bits */
+    struct sim_impairment impairment;
+    unsigned spoil; /* so many more frames with data get other data */
+    uint64_t seed;  /* != 0: which, which bits */
     uint64_t dropped, spoilt, doubled;
 
     /* Private from here on. */

@@ -4,16 +4,9 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "sim/util.h"
-
 /* Linux's shortest time before a segment is sent again, doubled each time. */
 #define RESEND_NS     INT64_C(200000000)
 #define RESEND_MAX_NS INT64_C(25600000000)
-
-static bool way_draws(uint64_t *seed, uint64_t share_q32)
-{
-    return share_q32 > 0 && sim_random(seed) >> 32 < share_q32;
-}
 
 enum sim_modbus_fault sim_modbus_way_draw(struct sim_modbus_way *self,
                                           uint64_t *seed)
@@ -21,7 +14,7 @@ enum sim_modbus_fault sim_modbus_way_draw(struct sim_modbus_way *self,
     const enum sim_modbus_fault fault = self->fault;
 
     if (fault == SIM_MODBUS_GOOD ||
-        (self->share_q32 > 0 && !way_draws(seed, self->share_q32)))
+        (self->share_q32 > 0 && !sim_impairment_draws(seed, self->share_q32)))
         return SIM_MODBUS_GOOD;
     self->spoilt++;
     if (self->times > 0 && --self->times == 0)
@@ -59,7 +52,7 @@ static int64_t way_lose(struct sim_modbus_way *self, uint64_t *seed)
 {
     int64_t late_ns = 0, wait_ns = RESEND_NS;
 
-    while (way_draws(seed, self->loss_q32)) {
+    while (sim_impairment_draws(seed, self->impairment.loss_q32)) {
         self->lost++;
         if (!self->resends || wait_ns > RESEND_MAX_NS)
             return -1;
@@ -78,10 +71,10 @@ bool sim_modbus_way_pass(struct sim_modbus_way *self,
 
     if (late_ns < 0)
         return false;
-    late_ns += self->delay_ns + (fault == SIM_MODBUS_LATE ? self->late_ns : 0);
-    if (self->jitter_ns > 0)
-        late_ns += (int64_t)(sim_random(seed) % (uint64_t)self->jitter_ns);
-    const bool twice = way_draws(seed, self->double_q32);
+    late_ns += sim_impairment_late_ns(&self->impairment, seed) +
+               (fault == SIM_MODBUS_LATE ? self->late_ns : 0);
+    const bool twice =
+        sim_impairment_draws(seed, self->impairment.duplication_q32);
     const bool late = late_ns > 0 || way_before(self, frame->tag) != NULL;
     self->doubled += twice;
     if (late)

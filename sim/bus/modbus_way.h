@@ -9,6 +9,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "sim/bus/impairment.h"
+
 enum sim_modbus_fault {
     SIM_MODBUS_GOOD,
     SIM_MODBUS_LATE,      /* late_ns more */
@@ -39,10 +41,7 @@ struct sim_modbus_way {
     unsigned times;              /* so many frames; 0: all */
     uint64_t share_q32;          /* so many in 2^32; 0: all */
     int64_t late_ns;             /* SIM_MODBUS_LATE */
-    int64_t delay_ns;            /* every frame so much later, */
-    int64_t jitter_ns;           /* and up to so much more; in order */
-    uint64_t loss_q32;           /* so many in 2^32 are lost, */
-    uint64_t double_q32;         /* come twice */
+    struct sim_impairment impairment;
     bool resends; /* what is lost comes 200 ms later, lost again 600 ms .. */
     uint64_t spoilt, lost, doubled;
 

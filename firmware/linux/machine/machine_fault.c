@@ -183,32 +183,40 @@ static void machine_fault_node(struct machine_fault *self, unsigned axis,
                                begins);
 }
 
-/* What is between a drive and the bus. */
-static void machine_fault_way(const struct fault_entry *entry,
-                              struct sim_servo *servo,
-                              struct sim_can_trouble *trouble, bool begins)
+bool machine_fault_impair(struct sim_impairment *impairment,
+                          const struct fault_entry *entry, bool begins)
 {
     const int64_t value = begins ? entry->value : 0;
     switch (entry->kind) {
-    case FAULT_HEARTBEAT_LOST:
+    case FAULT_SLOW_DRIVE:
+        impairment->delay_ns = value;
+        return true;
+    case FAULT_JITTER:
+        impairment->jitter_ns = value;
+        return true;
+    case FAULT_LOSS:
+        impairment->loss_q32 = (uint64_t)value;
+        return true;
+    case FAULT_DUPLICATION:
+        impairment->duplication_q32 = (uint64_t)value;
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* What is between a drive and the bus. */
+static void machine_fault_between(const struct fault_entry *entry,
+                                  struct sim_servo *servo,
+                                  struct sim_can_trouble *trouble, bool begins)
+{
+    if (machine_fault_impair(&trouble->impairment, entry, begins))
+        return;
+    if (entry->kind == FAULT_HEARTBEAT_LOST) {
         trouble->drops = begins;
         trouble->drop_id = servo->ops->heartbeat_id(servo);
-        break;
-    case FAULT_SLOW_DRIVE:
-        trouble->delay_ns = value;
-        break;
-    case FAULT_JITTER:
-        trouble->jitter_ns = value;
-        break;
-    case FAULT_LOSS:
-        trouble->loss_q32 = (uint64_t)value;
-        break;
-    case FAULT_DUPLICATION:
-        trouble->double_q32 = (uint64_t)value;
-        break;
-    default:
+    } else {
         trouble->spoil = (unsigned)entry->value;
-        break;
     }
 }
 
@@ -220,9 +228,9 @@ static void machine_fault_frames(struct machine_fault *self,
     for (unsigned i = speaker; i < rig->axis_count; i++) {
         struct sim_servo *servo = machine_fault_servo(self->sim, i);
         if (!entry->incoming && i == speaker)
-            machine_fault_way(entry, servo, servo->port.trouble, begins);
+            machine_fault_between(entry, servo, servo->port.trouble, begins);
         else if (entry->incoming && machine_fault_is_node(rig, entry->index, i))
-            machine_fault_way(entry, servo, servo->port.trouble_in, begins);
+            machine_fault_between(entry, servo, servo->port.trouble_in, begins);
     }
 }
 

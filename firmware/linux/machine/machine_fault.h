@@ -70,6 +70,10 @@ int machine_fault_place_talker(struct machine_fault *self, unsigned bus,
 /* After a time-out there is a new connection of Modbus TCP, and what was on its
  * way on the old one is gone. */
 void machine_fault_connect(struct machine_fault *self);
+/* Delay, jitter, loss or duplication of frames begins or ends, on any kind of bus.
+ * False: the entry is of another kind. */
+bool machine_fault_impair(struct sim_impairment *impairment,
+                          const struct fault_entry *entry, bool begins);
 /* Of an entry whose value is a distance or an acceleration: in counts, as
  * many as there can be where it is more. */
 int64_t machine_fault_counts(const struct machine_fault *self,

@@ -62,24 +62,13 @@ void machine_fault_modbus(struct machine_fault *self,
     struct sim_modbus_servo *servo = machine_sim_modbus_servo(self->sim, i);
     struct sim_modbus_way *way =
         entry->incoming ? &servo->faulty.to : &servo->faulty.from;
-    const int64_t value = begins ? entry->value : 0;
 
+    if (machine_fault_impair(&way->impairment, entry, begins))
+        return;
     switch (entry->kind) {
     case FAULT_CUT_CABLE:
         machine_fault_spoil(&servo->faulty.from, SIM_MODBUS_MUTE, begins);
         machine_fault_spoil(&servo->faulty.to, SIM_MODBUS_MUTE, begins);
-        break;
-    case FAULT_SLOW_DRIVE:
-        way->delay_ns = value;
-        break;
-    case FAULT_JITTER:
-        way->jitter_ns = value;
-        break;
-    case FAULT_LOSS:
-        way->loss_q32 = (uint64_t)value;
-        break;
-    case FAULT_DUPLICATION:
-        way->double_q32 = (uint64_t)value;
         break;
     case FAULT_WRONG_ANSWER:
         machine_fault_spoil(way, SIM_MODBUS_OTHER_UNIT, begins);

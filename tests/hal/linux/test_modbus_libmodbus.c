@@ -316,10 +316,14 @@ static void tcp_frames_are_spoilt_and_recovered_from(void **state)
         int err; /* of an answer, of a request */
         int err_to;
     } rows[] = {
-        { { .delay_ns = 30 * MS }, MOTION_OK, MOTION_OK },
-        { { .delay_ns = 30 * MS, .jitter_ns = 20 * MS }, MOTION_OK, MOTION_OK },
-        { { .delay_ns = 900 * MS }, MOTION_E_TIMEOUT, MOTION_E_TIMEOUT },
-        { { .loss_q32 = UINT64_C(1) << 32, .resends = true },
+        { { .impairment.delay_ns = 30 * MS }, MOTION_OK, MOTION_OK },
+        { { .impairment.delay_ns = 30 * MS, .impairment.jitter_ns = 20 * MS },
+          MOTION_OK,
+          MOTION_OK },
+        { { .impairment.delay_ns = 900 * MS },
+          MOTION_E_TIMEOUT,
+          MOTION_E_TIMEOUT },
+        { { .impairment.loss_q32 = UINT64_C(1) << 32, .resends = true },
           MOTION_E_TIMEOUT,
           MOTION_E_TIMEOUT },
         { { .fault = SIM_MODBUS_FLIP }, MOTION_E_PROTOCOL, MOTION_E_PROTOCOL },
@@ -344,7 +348,8 @@ static void tcp_frames_are_spoilt_and_recovered_from(void **state)
         tcp_fault(good, good);
         assert_int_equal(tcp_read((uint16_t)(8 + i)), MOTION_OK);
     }
-    const struct sim_modbus_way twice = { .double_q32 = UINT64_C(1) << 32 };
+    const struct sim_modbus_way twice = { .impairment.duplication_q32 =
+                                              UINT64_C(1) << 32 };
     for (uint16_t i = 0; i < 6; i++) { /* the second one is no answer */
         tcp_fault(twice, good);
         assert_int_equal(tcp_read(i), MOTION_OK);

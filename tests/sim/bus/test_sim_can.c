@@ -436,10 +436,11 @@ static void late_frames_keep_their_order(void **state)
     (void)state;
     assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], false, 1),
                      MOTION_OK);
-    trouble.delay_ns = 5 * MS;
+    trouble.impairment.delay_ns = 5 * MS;
     assert_int_equal(put(f, 0, "181#01"), MOTION_OK);
     sim_world_run(&f->world, 1 * MS);
-    trouble.delay_ns = 0; /* the second must not overtake the first */
+    trouble.impairment.delay_ns =
+        0; /* the second must not overtake the first */
     assert_int_equal(put(f, 0, "181#02"), MOTION_OK);
     sim_world_run(&f->world, 5 * MS);
     expect_nothing(f, 1);
@@ -493,8 +494,8 @@ static void ten_thousand(bool incoming, uint64_t loss_q32, uint64_t double_q32,
 
     assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], incoming, 20),
                      MOTION_OK);
-    trouble.loss_q32 = loss_q32;
-    trouble.double_q32 = double_q32;
+    trouble.impairment.loss_q32 = loss_q32;
+    trouble.impairment.duplication_q32 = double_q32;
     *out = *in = 0;
     for (int i = 0; i < 10000; i++) {
         assert_int_equal(put(f, 0, "181#01"), MOTION_OK);
@@ -540,7 +541,7 @@ static void jitter_is_within_its_bound_and_in_order(void **state)
         assert_int_equal(
             sim_can_trouble_init(&trouble, &f->port[0], incoming == 1, 3),
             MOTION_OK);
-        trouble.jitter_ns = 2 * MS;
+        trouble.impairment.jitter_ns = 2 * MS;
         for (uint8_t i = 0; i < 250; i++) {
             struct hal_can_frame frame = { .id = 0x181, .len = 1 };
             const int64_t sent_ns = f->world.now_ns;

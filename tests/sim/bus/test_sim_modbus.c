@@ -353,17 +353,18 @@ static void requests_meet_the_same_faults(void **state)
     assert_int_equal(read_counter(2).err, MOTION_E_TIMEOUT);
     assert_int_equal(bench.slave.served, 0);
     to->fault = SIM_MODBUS_GOOD;
-    to->delay_ns = 20 * MS;
+    to->impairment.delay_ns = 20 * MS;
     const struct hal_modbus_reply late = read_counter(3);
     assert_int_equal(late.err, MOTION_OK);
     assert_true(late.answer_ns - late.sent_ns > 20 * MS);
-    to->delay_ns = 45 * MS; /* answered while the master listens alone */
+    to->impairment.delay_ns =
+        45 * MS; /* answered while the master listens alone */
     assert_int_equal(read_counter(4).err, MOTION_E_TIMEOUT);
-    to->delay_ns = 0;
+    to->impairment.delay_ns = 0;
     expect_recovered(5);
-    to->double_q32 = UINT64_C(1) << 32;
+    to->impairment.duplication_q32 = UINT64_C(1) << 32;
     assert_int_equal(read_counter(6).err, MOTION_OK);
-    to->double_q32 = 0;
+    to->impairment.duplication_q32 = 0;
     sim_world_run(&bench.world, bench.world.now_ns + 20 * MS);
     expect_recovered(7);
 }

@@ -31,12 +31,12 @@ static int take(struct sim_modbus_way *way, int64_t now_ns)
 
 static void what_is_late_comes_late_and_in_order(void **state)
 {
-    struct sim_modbus_way way = { .delay_ns = 10 * MS };
+    struct sim_modbus_way way = { .impairment.delay_ns = 10 * MS };
 
     (void)state;
     seed = 7;
     assert_false(pass(&way, 1, 0, 0));
-    way.delay_ns = 0;
+    way.impairment.delay_ns = 0;
     assert_false(pass(&way, 2, 0, 4 * MS)); /* behind the one before it */
     assert_true(pass(&way, 3, 1, 4 * MS));  /* on another connection */
     assert_int_equal(sim_modbus_way_due_ns(&way), 10 * MS);
@@ -49,7 +49,8 @@ static void what_is_late_comes_late_and_in_order(void **state)
 
 static void jitter_stays_in_its_range_and_in_order(void **state)
 {
-    struct sim_modbus_way way = { .delay_ns = 2 * MS, .jitter_ns = 5 * MS };
+    struct sim_modbus_way way = { .impairment.delay_ns = 2 * MS,
+                                  .impairment.jitter_ns = 5 * MS };
     int64_t least_ns = INT64_MAX, most_ns = 0, last_ns = 0;
 
     (void)state;
@@ -70,7 +71,7 @@ static void jitter_stays_in_its_range_and_in_order(void **state)
 /* On a serial line for good; of TCP a segment is sent again after 200 ms. */
 static void what_is_lost_is_sent_again_on_tcp_alone(void **state)
 {
-    struct sim_modbus_way way = { .loss_q32 = UINT64_C(1) << 31 };
+    struct sim_modbus_way way = { .impairment.loss_q32 = UINT64_C(1) << 31 };
     unsigned now = 0, later = 0;
 
     (void)state;
@@ -80,7 +81,7 @@ static void what_is_lost_is_sent_again_on_tcp_alone(void **state)
     assert_in_range(now, 450, 550);
     assert_int_equal(way.lost, 1000 - now);
     assert_int_equal(take(&way, INT64_MAX - 1), -1);
-    way = (struct sim_modbus_way){ .loss_q32 = UINT64_C(1) << 31,
+    way = (struct sim_modbus_way){ .impairment.loss_q32 = UINT64_C(1) << 31,
                                    .resends = true };
     for (unsigned i = 0; i < 1000; i++) {
         if (pass(&way, 1, 0, 0))
@@ -94,14 +95,15 @@ static void what_is_lost_is_sent_again_on_tcp_alone(void **state)
         later += take(&way, late_ns) == 1;
     }
     assert_in_range(later, 450, 550);
-    way.loss_q32 = UINT64_C(1) << 32;
+    way.impairment.loss_q32 = UINT64_C(1) << 32;
     assert_false(pass(&way, 1, 0, 0));
     assert_true(sim_modbus_way_due_ns(&way) == INT64_MAX);
 }
 
 static void what_comes_twice_comes_after_the_silence(void **state)
 {
-    struct sim_modbus_way way = { .double_q32 = UINT64_C(1) << 32 };
+    struct sim_modbus_way way = { .impairment.duplication_q32 = UINT64_C(1)
+                                                                << 32 };
 
     (void)state;
     seed = 7;
@@ -131,7 +133,7 @@ static void as_many_are_spoilt_as_is_said(void **state)
 /* One more than there is room for is lost; a connection that ends loses all. */
 static void there_is_room_for_eight(void **state)
 {
-    struct sim_modbus_way way = { .delay_ns = MS };
+    struct sim_modbus_way way = { .impairment.delay_ns = MS };
 
     (void)state;
     for (uint8_t i = 0; i < SIM_MODBUS_WAY_HELD + 1; i++)
