@@ -73,6 +73,12 @@ static inline uint64_t draw(void)
     return check_random(check_stream());
 }
 
+/* 0 .. limit - 1; limit 1 .. 2^31 - 1. */
+static inline uint32_t draw_below(uint32_t limit)
+{
+    return (uint32_t)(draw() >> 33) % limit;
+}
+
 /* 0 up to, not including, 1. */
 static inline long double draw_unit(void)
 {

@@ -13,12 +13,9 @@
 #define MS   INT64_C(1000000)
 #define RUNS 20000
 
-static uint64_t seed = 1;
-
 static int64_t in(int64_t low, int64_t high)
 {
-    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return low + (int64_t)((seed >> 16) % (uint64_t)(high - low + 1));
+    return check_random_in(check_stream(), low, high);
 }
 
 static bool random_ramp(struct motion_clock_warp *warp)

@@ -1,16 +1,11 @@
 /* tests/firmware/studio/test_again.c - a move that is planned again after an
  * edit: what is taken over changes no bit (motion/plan/plan_memo.h, job.h). */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "firmware/studio/wasm/plan.h"
 #include "motion/core/clock_warp.h"
+#include "tests/support/check.h"
 
 #define KEYS   12
 #define ROUNDS 40
@@ -29,14 +24,6 @@ static const char rig[] =
     "    limits: {position: [-900, 900], velocity: 100, acceleration: 500}\n"
     "    following_error: {floor: 1 mm, time: 20 ms}\n"
     "    drive: {kind: cia402, bus: can0, node: 2, counts: 100 per mm}\n";
-
-static uint64_t seed = 17;
-
-static uint32_t below(uint32_t limit)
-{
-    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (uint32_t)(seed >> 33) % limit;
-}
 
 struct key {
     uint32_t t_ms, kind;
@@ -79,26 +66,26 @@ struct sketch {
 
 static struct key any_key(uint32_t t_ms)
 {
-    return (struct key){ t_ms, below(4), (int)below(800) - 400,
-                         (int)below(100) - 50 };
+    return (struct key){ t_ms, draw_below(4), (int)draw_below(800) - 400,
+                         (int)draw_below(100) - 50 };
 }
 
 static void sketch_new(struct sketch *sketch, unsigned curve, unsigned count)
 {
     *sketch = (struct sketch){ .count = count,
                                .curve = curve,
-                               .mixed = curve == 0 && below(2) != 0 };
+                               .mixed = curve == 0 && draw_below(2) != 0 };
     for (unsigned i = 0; i < count; i++)
-        sketch->key[i] = any_key(i * 1000 + below(500));
+        sketch->key[i] = any_key(i * 1000 + draw_below(500));
 }
 
 /* A key moves, comes, goes; or something else changes. */
 static void sketch_change(struct sketch *sketch)
 {
-    const unsigned at = 1 + below(sketch->count - 2);
+    const unsigned at = 1 + draw_below(sketch->count - 2);
     struct key *key = &sketch->key[at];
 
-    switch (below(6)) {
+    switch (draw_below(6)) {
     case 0:
         if (key->t_ms < key[-1].t_ms + 2)
             break;
@@ -113,13 +100,13 @@ static void sketch_change(struct sketch *sketch)
         sketch->count--;
         break;
     case 2:
-        key->kind = below(4);
+        key->kind = draw_below(4);
         break;
     case 3:
         sketch->warped = !sketch->warped;
         break;
     default:
-        key->p = (int)below(800) - 400;
+        key->p = (int)draw_below(800) - 400;
     }
 }
 
@@ -257,6 +244,7 @@ static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
     uint32_t reused = 0, spans = 0;
 
     (void)state;
+    seed_from("random edits");
     for (unsigned move = 0; move < 4; move++) {
         struct studio_plan *plan = NULL;
         sketch_new(&sketch, 0, KEYS);

@@ -3,6 +3,7 @@
 #include "hal/can/bits.h"
 
 #include "tests/sim/bus/sim_bus.h"
+#include "tests/support/check.h"
 
 /* ---- a slow oracle on strings of '0' and '1' --------------------- */
 
@@ -118,8 +119,7 @@ static void frame_bits_match_hand_values(void **state)
 
 static uint32_t random_u32(uint64_t *seed)
 {
-    *seed = *seed * UINT64_C(6364136223846793005) + 1442695040888963407u;
-    return (uint32_t)(*seed >> 32);
+    return (uint32_t)(check_random(seed) >> 32);
 }
 
 static struct hal_can_frame random_frame(uint64_t *seed)

@@ -35,11 +35,6 @@ static void run(struct state *s, long double j, long double t)
     s->a += j * t;
 }
 
-static int below(int n)
-{
-    return (int)(draw() >> 33) % n;
-}
-
 static struct motion_state in_fixed(struct state s)
 {
     return (struct motion_state){ (int64_t)ldexpl(s.p, 32),
@@ -58,9 +53,12 @@ static bool is_fastest(long double a0, long double peak, long double af,
 
 static bool draw_change(struct change *c)
 {
-    int t[3] = { below(5), below(3), below(5) }, sign = draw() & 1 ? 1 : -1;
-    long double part = ldexpl(1, -below(7)), j = 6 * (1 + below(9));
-    struct state s = { 0, below(9) - 4, j * part * (below(9) - 4) };
+    int t[3] = { (int)draw_below(5), (int)draw_below(3), (int)draw_below(5) },
+        sign = draw() & 1 ? 1 : -1;
+    long double part = ldexpl(1, -(int)draw_below(7)),
+                j = 6 * (1 + (int)draw_below(9));
+    struct state s = { 0, (int)draw_below(9) - 4,
+                       j * part * ((int)draw_below(9) - 4) };
     if (draw() & 1)
         s.v = 0;
     if (draw() & 1)
@@ -169,8 +167,9 @@ static void speeds_next_to_it_take_the_root(void **state)
             continue;
         i++;
         c.move.mode = MOTION_OTG_VELOCITY;
-        c.move.goal.vel_q32 += below(9) - 4;
-        c.move.limit.jerk_q32 += (INT64_C(1024) << 16) * (below(3) - 1);
+        c.move.goal.vel_q32 += (int)draw_below(9) - 4;
+        c.move.limit.jerk_q32 +=
+            (INT64_C(1024) << 16) * ((int)draw_below(3) - 1);
         c.ticks = (int64_t)ceill(fastest(&c.move));
         int64_t got = time_of(&c);
         if (got < c.ticks - 2 || got > c.ticks + 16 + c.ticks / 500000)
@@ -190,7 +189,7 @@ static void ways_next_to_it_take_the_root(void **state)
             (c.move.start.vel_q32 | c.move.start.acc_q32) != 0)
             continue;
         i++;
-        int64_t off = below(9) - 4;
+        int64_t off = (int)draw_below(9) - 4;
         c.move.goal.pos_q32 += off;
         long double part = ldexpl((long double)c.ticks / PER_SECOND, 0);
         long double size = (long double)c.move.limit.jerk_q32;

@@ -385,16 +385,6 @@ static void counts_are_rational(void **state)
 
 /* ---- properties ---- */
 
-static uint64_t seed = UINT64_C(0x9E3779B97F4A7C15);
-
-static uint64_t next_random(void)
-{
-    seed ^= seed << 13;
-    seed ^= seed >> 7;
-    seed ^= seed << 17;
-    return seed;
-}
-
 /* mantissa x 10^exp x num / den x 2^frac by school division of __int128,
  * rounded half away from zero; exp < 0, so the divisor is even. */
 static int64_t oracle(int64_t mantissa, int exp, int64_t num, int64_t den,
@@ -418,7 +408,7 @@ static int64_t random_mantissa(int digits)
     uint64_t limit = 1;
     for (int i = 0; i < digits; i++)
         limit *= 10;
-    return (int64_t)(next_random() % limit);
+    return (int64_t)(draw() % limit);
 }
 
 static void random_decimals_match_a_128_bit_oracle(void **state)
@@ -442,15 +432,15 @@ static void random_decimals_match_a_128_bit_oracle(void **state)
         { "ms", UNITS_TIME, MM, 1000000, 1, 12 },
         { "%", UNITS_RATIO, MM, 1, 100, 32 },
     };
-    const uint64_t first = seed;
+    const uint64_t first = *check_stream();
 
     (void)state;
     for (int i = 0; i < 20000; i++) {
-        const size_t row = next_random() % ARRAY_LEN(rows);
-        const int digits = (int)(next_random() % 18) + 1;
-        const int64_t sign = next_random() % 2 == 0 ? 1 : -1;
+        const size_t row = draw() % ARRAY_LEN(rows);
+        const int digits = (int)(draw() % 18) + 1;
+        const int64_t sign = draw() % 2 == 0 ? 1 : -1;
         const int64_t mantissa = sign * random_mantissa(digits);
-        const int exp = -digits - (int)(next_random() % 6);
+        const int exp = -digits - (int)(draw() % 6);
         char text[64], sentence[UNITS_SENTENCE_MAX] = "";
         int64_t got = 0, want;
 
@@ -470,11 +460,11 @@ static void random_decimals_match_a_128_bit_oracle(void **state)
 static void radians_are_good_to_the_last_bit(void **state)
 {
     const long double per_rad = 180 / 3.14159265358979323846264338L;
-    const uint64_t first = seed;
+    const uint64_t first = *check_stream();
 
     (void)state;
     for (int i = 0; i < 5000; i++) {
-        const int digits = (int)(next_random() % 17) + 1;
+        const int digits = (int)(draw() % 17) + 1;
         const int64_t mantissa = random_mantissa(digits);
         char text[64], sentence[UNITS_SENTENCE_MAX];
         int64_t got = 0;
@@ -494,20 +484,20 @@ static void radians_are_good_to_the_last_bit(void **state)
 static void any_text_is_a_value_or_one_sentence(void **state)
 {
     static const char letters[] = "0123456789.+-e /@%fmsrd^nai\x01\xC2\xB2";
-    const uint64_t first = seed;
+    const uint64_t first = *check_stream();
 
     (void)state;
     for (int i = 0; i < 20000; i++) {
         char text[24] = "", sentence[UNITS_SENTENCE_MAX] = "";
-        const size_t length = next_random() % (sizeof(text) - 1);
+        const size_t length = draw() % (sizeof(text) - 1);
         int64_t num, den;
         struct units_fps fps;
         int err;
 
         for (size_t k = 0; k < length; k++)
-            text[k] = letters[next_random() % (sizeof(letters) - 1)];
-        err = units_parse(text, (enum units_quantity)(next_random() % 8),
-                          &context_of[next_random() % 4], &num, sentence);
+            text[k] = letters[draw() % (sizeof(letters) - 1)];
+        err = units_parse(text, (enum units_quantity)(draw() % 8),
+                          &context_of[draw() % 4], &num, sentence);
         if ((err < 0) != (strstr(sentence, ", expected ") != NULL))
             fail_msg("seed %" PRIu64 " '%s': %d %s", first, text, err,
                      sentence);

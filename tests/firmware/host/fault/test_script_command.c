@@ -100,16 +100,15 @@ static void no_line_does_more_than_be_refused(void **state)
                                          "rate",   "position", "0x", "\xC3",
                                          "-" };
     char line[3 * FAULT_COMMAND_MAX];
-    uint64_t seed = 7;
 
     (void)state;
+    seed_from("pieces of commands");
     for (unsigned n = 0; n < 3000; n++) {
         size_t length = 0;
         for (unsigned i = 0; i < n % 97; i++) {
-            seed = seed * UINT64_C(6364136223846793005) + 1442695040888963407u;
             length += (size_t)snprintf(
                 line + length, sizeof line - length, "%s%s",
-                piece[(seed >> 33) % ARRAY_LEN(piece)], i % 3 == 0 ? " " : "");
+                piece[draw_below(ARRAY_LEN(piece))], i % 3 == 0 ? " " : "");
         }
         line[length] = '\0';
         (void)fault_script_command(line, &rig, &entry, message);

@@ -1116,16 +1116,6 @@ static void a_hundred_thousand_keys_are_read(void **state)
 
 /* ---- broken files ---- */
 
-static uint64_t seed = UINT64_C(0x2545F4914F6CDD1D);
-
-static uint64_t next_random(void)
-{
-    seed ^= seed << 13;
-    seed ^= seed >> 7;
-    seed ^= seed << 17;
-    return seed;
-}
-
 /* Read or refused with one line; which is not judged. */
 static void expect_answer(enum kind kind, const char *text, size_t length,
                           size_t run)
@@ -1162,21 +1152,18 @@ static void every_truncation_gets_an_answer(void **state)
 static void flip(char *text, size_t length)
 {
     static const char special[] = "\t\n\r []{}:,-'\"#&*!|>%@`?~<.0\\";
-    const size_t count = next_random() % 3 + 1;
+    const size_t count = draw() % 3 + 1;
 
     for (size_t i = 0; i < count; i++)
-        text[next_random() % length] =
-            next_random() % 2 == 0
-                ? (char)next_random()
-                : special[next_random() % (sizeof(special) - 1)];
+        text[draw() % length] = draw() % 2 == 0
+                                    ? (char)draw()
+                                    : special[draw() % (sizeof(special) - 1)];
 }
 
 static void random_flips_get_an_answer(void **state)
 {
-    const uint64_t first = seed;
-
     (void)state;
-    print_message("seed %" PRIu64 "\n", first);
+    seed_from("random flips");
     for (size_t i = 0; i < 4000; i++) {
         const size_t k = i % ARRAY_LEN(good);
         size_t length;

@@ -1,27 +1,14 @@
 /* tests/firmware/host/yaml/test_yaml_again.c - a file that is read again after an
  * edit has the tree of one that is read afresh. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/yaml/yaml_again.h"
 #include "firmware/studio/wasm/store.h"
+#include "tests/support/check.h"
 
 #define TEXT_MAX 2000
-
-static uint64_t seed = 5;
-
-static uint32_t below(uint32_t limit)
-{
-    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (uint32_t)(seed >> 33) % limit;
-}
 
 static const char start[] =
     "title: \"B\xC3\xBChne 3\"  # 4 axes\n"
@@ -95,9 +82,9 @@ static void change_number(char text[TEXT_MAX])
         "1-2",   "100 s", "5 : 6", "\"7\"",    "24000/1001", "1]",
         "1 - 2", "3 ",    "5\t",   "1\n2",     "1?",         "? 1",
     };
-    const char *value = values[below(ARRAY_LEN(values))];
+    const char *value = values[draw_below(ARRAY_LEN(values))];
     const size_t length = strlen(text);
-    size_t from = below((uint32_t)length), to;
+    size_t from = draw_below((uint32_t)length), to;
     char rest[TEXT_MAX];
 
     while (from < length && (text[from] < '0' || text[from] > '9'))
@@ -113,7 +100,8 @@ static void change_byte(char text[TEXT_MAX])
 {
     static const char bytes[] = "0123456789 .,-+:#[]{}'\"?\n\r\tsmx&*!|>%@";
 
-    text[below((uint32_t)strlen(text))] = bytes[below(sizeof bytes - 1)];
+    text[draw_below((uint32_t)strlen(text))] =
+        bytes[draw_below(sizeof bytes - 1)];
 }
 
 static void any_edit_gives_the_tree_of_a_fresh_file(void **state)
@@ -122,14 +110,15 @@ static void any_edit_gives_the_tree_of_a_fresh_file(void **state)
     unsigned taken = 0, read = 0;
 
     (void)state;
+    seed_from("any edit");
     for (unsigned round = 0; round < 300; round++) {
         struct yaml_again former, next;
         snprintf(text, sizeof text, "%s", start);
         assert_int_equal(load(&former, NULL, text, message), 0);
         for (unsigned i = 0; i < 20; i++) {
             memcpy(before, text, sizeof before);
-            for (uint32_t k = below(2); k < 2; k++)
-                (below(8) != 0 ? change_number : change_byte)(text);
+            for (uint32_t k = draw_below(2); k < 2; k++)
+                (draw_below(8) != 0 ? change_number : change_byte)(text);
             taken += is_same(&next, &former, text);
             read++;
             if (next.data == NULL) { /* refused */

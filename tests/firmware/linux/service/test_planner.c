@@ -1,19 +1,14 @@
 /* tests/firmware/linux/service/test_planner.c - moves that a service plans one after
  * the other: what is taken over from the one before changes no bit. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
-
-#include <cmocka.h>
 
 #include "firmware/host/base/array.h"
 #include "firmware/linux/service/planner.h"
 #include "firmware/studio/wasm/store.h"
 #include "motion/core/clock_warp.h"
+#include "tests/support/check.h"
 
 #define KEYS     30
 #define TEXT_MAX 4000
@@ -26,14 +21,6 @@ static const char rig[] =
     "    limits: {position: [-900, 900], velocity: 400, acceleration: 1900}\n"
     "    following_error: {floor: 1 mm, time: 20 ms}\n"
     "    drive: {kind: cia402, bus: can0, node: 1, counts: 100 per mm}\n";
-
-static uint64_t seed = 3;
-
-static uint32_t below(uint32_t limit)
-{
-    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (uint32_t)(seed >> 33) % limit;
-}
 
 static void write_move(char text[TEXT_MAX], const char *curve,
                        const int key[KEYS])
@@ -96,6 +83,7 @@ static void a_move_takes_over_what_did_not_change(void **state)
     unsigned refused = 0;
 
     (void)state;
+    seed_from("edits of keys");
     assert_int_equal(
         service_planner_start(&planner, "rig.yaml", rig, sizeof rig - 1), 0);
     for (size_t c = 0; c < ARRAY_LEN(curves); c++) {
@@ -103,7 +91,7 @@ static void a_move_takes_over_what_did_not_change(void **state)
         const int most = c == 1 ? 30 : 300; /* slow and fast */
         int key[KEYS];
         for (int i = 0; i < KEYS; i++)
-            key[i] = (int)below((uint32_t)most);
+            key[i] = (int)draw_below((uint32_t)most);
         /* Curves are fitted to a part of the range, which is to stay. */
         key[0] = 0;
         key[1] = most;
@@ -117,7 +105,8 @@ static void a_move_takes_over_what_did_not_change(void **state)
             refused += move->status == STATUS_REFUSED;
             service_move_free(last);
             last = move;
-            key[2 + below(KEYS - 3)] = (int)below((uint32_t)most);
+            int *const other = &key[2 + draw_below(KEYS - 3)];
+            *other = (*other + 1 + (int)draw_below((uint32_t)most - 1)) % most;
         }
         service_move_free(last);
     }
