@@ -21,6 +21,10 @@ ifneq ($(SAN),)
 B        := $(B)/san-$(subst $(comma),-,$(SAN))
 OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
             -fno-sanitize-recover=all
+# What a report shows of a stack; and half the time of links is ld's.
+CFLAGS   ?= -g1
+LDFLAGS  += $(if $(findstring clang,$(CC)),$(if $(shell command -v ld.lld),\
+              -fuse-ld=lld))
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.

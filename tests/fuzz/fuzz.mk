@@ -18,7 +18,7 @@ $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_MAIN) $(B)/libfuzz.a \
 ## fuzz every decoder for FUZZ_SECONDS=5 each; F=rig for one, FUZZ_SEED=0: anew
 fuzz:
 	@$(MAKE) --no-print-directory CC=clang VARIANT=fuzz FUZZ_MAIN= \
-	    FUZZ_LINK=-fsanitize=fuzzer OPT="-O1 -fno-omit-frame-pointer \
+	    FUZZ_LINK=-fsanitize=fuzzer CFLAGS=-g1 OPT="-O1 -fno-omit-frame-pointer \
 	    -fsanitize=fuzzer-no-link,address,undefined \
 	    -fno-sanitize-recover=all" fuzz-run
 

@@ -7,9 +7,10 @@ PEERS       := $(B)/peers
 PEER_CHECKS := $(sort $(wildcard tests/peers/peer_*))
 # What of ours they talk to.
 PEER_PROGRAMS := $(patsubst tests/peers/%.c,$(PEERS)/%,$(wildcard tests/peers/*.c))
-# Without the real clock: these two run beside each other, the others alone.
-PEER_BESIDE := $(filter tests/peers/peer_canopen.sh tests/peers/peer_otg.py,\
-                 $(PEER_CHECKS))
+# Without the real clock: these run beside each other, the longest first; the others
+# alone.
+PEER_BESIDE := $(addprefix tests/peers/peer_,canopen.sh otg.py fmu.py mcap.py moteus.py \
+                 batch.py)
 
 $(PEERS)/venv/done: tests/peers/requirements.txt
 	$(Q)rm -rf $(PEERS)/venv
@@ -35,28 +36,19 @@ peers-physics: $(VECTORS)
 	@$(PYTHON) tests/peers/physics_vectors.py >$(PEERS)/physics.json
 	@$(VECTORS) $(PEERS)/physics.json
 
-.PHONY: test-peers
+.PHONY: test-peers $(PEER_CHECKS:%=run-%)
 ## other people's masters, drives, readers and simulators against ours
 test-peers: build $(SLEW) $(PEER_PROGRAMS) \
     $(PEERS)/venv/done
-	@bad=0; one() { \
-	    echo "$$(basename $$1):"; \
-	    case $$1 in \
-	    *.py) run=$(PEERS)/venv/bin/python ;; \
-	    *) run=sh ;; \
-	    esac; \
-	    SLEW=$(SLEW) PEERS=$(PEERS) PYTHONDONTWRITEBYTECODE=1 \
-	        timeout 600 $$run $$1; \
-	}; \
-	for check in $(PEER_BESIDE); do \
-	    log=$(PEERS)/$$(basename $$check).log; \
-	    (one $$check >$$log 2>&1; echo $$? >$$log.status) & \
-	done; wait; \
-	for check in $(PEER_BESIDE); do \
-	    log=$(PEERS)/$$(basename $$check).log; cat $$log; \
-	    [ "$$(cat $$log.status)" = 0 ] || \
-	        { echo "$$(basename $$check): FAILED"; bad=1; }; \
-	done; \
-	for check in $(filter-out $(PEER_BESIDE),$(PEER_CHECKS)); do \
-	    one $$check || { echo "$$(basename $$check): FAILED"; bad=1; }; \
-	done; exit $$bad
+	@bad=0; \
+	$(MAKE) --no-print-directory -k --output-sync=target $(ALL_CPUS) \
+	    $(PEER_BESIDE:%=run-%) || bad=1; \
+	$(MAKE) --no-print-directory -k -j1 \
+	    $(patsubst %,run-%,$(filter-out $(PEER_BESIDE),$(PEER_CHECKS))) || bad=1; \
+	exit $$bad
+
+$(PEER_CHECKS:%=run-%): run-%:
+	@echo "$(notdir $*):"
+	@SLEW=$(SLEW) PEERS=$(PEERS) PYTHONDONTWRITEBYTECODE=1 timeout 600 \
+	    $(if $(filter %.py,$*),$(PEERS)/venv/bin/python,sh) $* || \
+	    { echo "$(notdir $*): FAILED"; exit 1; }

@@ -1,23 +1,19 @@
 #!/bin/sh
-# tests/vm/can.sh BUILD - inside the machine of boot.sh: CAN as it really is.
+# tests/vm/can.sh BUILD [vcan0] - inside the machine of boot.sh: CAN as it really is.
 #
 # The claims every port keeps to, on virtual and on emulated interfaces; the
 # demo move over can0 to simulated drives that listen on can1; what happens when
 # the interface goes down in mid-move, or the program is killed; and who takes
 # torque off when nobody moves the drives any more.
+#
+# vcan0: the claims on the virtual interface; without it those on the emulated cards.
 set -u
 build=${1:-build}
+interface=${2:-can0}
 slew=$build/slew
 . "${0%/*}/claims.sh"
 bus=can0 node=1
 rig=$dir/rig
-
-claim "ports on vcan0, FD" "$build/tests/conform/test_conform_can" vcan0 vcan0
-claim "ports on can0 and can1, Kvaser" \
-    "$build/tests/conform/test_conform_can" can0 can1 remote-empty
-claim "ports on can1 and can0, Kvaser" \
-    "$build/tests/conform/test_conform_can" can1 can0 remote-empty
-claim "errors, time stamps, queues" "$build/tests/hal/linux/test_can_socketcan" vm
 
 #---- drives on can1, their master on can0
 
@@ -87,15 +83,23 @@ second_master()
     [ $status -eq 2 ] && say "another slew moves drives" "$dir/second.out"
 }
 
-preload "$slew" candump cansend ip
-serve --interface can1 "$rig"
-claim "the demo over can0 to drives on can1" demo
-claim "can0 down for 0.1 s in mid-move, and up" down_and_up 0.1
-claim "can0 down for 2 s in mid-move, and up" down_and_up 2
-claim "killed in mid-move: the drives stop by themselves" killed
-claim "a second master on this host is refused" second_master
-claim "the demo again" demo
-unserve
+on_can0()
+{
+    claim "ports on can0 and can1, Kvaser" \
+        "$build/tests/conform/test_conform_can" can0 can1 remote-empty
+    claim "ports on can1 and can0, Kvaser" \
+        "$build/tests/conform/test_conform_can" can1 can0 remote-empty
+    claim "errors, time stamps, queues" "$build/tests/hal/linux/test_can_socketcan" vm
+    preload "$slew" candump cansend ip
+    serve --interface can1 "$rig"
+    claim "the demo over can0 to drives on can1" demo
+    claim "can0 down for 0.1 s in mid-move, and up" down_and_up 0.1
+    claim "can0 down for 2 s in mid-move, and up" down_and_up 2
+    claim "killed in mid-move: the drives stop by themselves" killed
+    claim "a second master on this host is refused" second_master
+    claim "the demo again" demo
+    unserve
+}
 
 #---- nobody at the drives: drives and masters on vcan0
 
@@ -147,9 +151,16 @@ off()
     done
 }
 
-bus=vcan0 node=1
-serve --interface vcan0 "$rig"
-claim "vcan0: killed in mid-move: the guardian takes torque off" guarded
-claim "vcan0: slew off takes it off drives that others left on" off
-unserve
+on_vcan0()
+{
+    claim "ports on vcan0, FD" "$build/tests/conform/test_conform_can" vcan0 vcan0
+    preload "$slew" candump cansend ip
+    bus=vcan0
+    serve --interface vcan0 "$rig"
+    claim "vcan0: killed in mid-move: the guardian takes torque off" guarded
+    claim "vcan0: slew off takes it off drives that others left on" off
+    unserve
+}
+
+on_$interface
 claims_end

@@ -1,8 +1,8 @@
 # tests/vm/vm.mk - checks on a kernel that has what this machine's may lack.
 
-# Machines side by side, as one counts instructions and runs on one processor:
-# each with scripts of tests/vm, one after the other, SCRIPT-OPTION+SCRIPT.
-VM_CHECKS := lines can lines-gpiod2 turn+gpio+clock
+# Machines side by side, the longest first, as one counts instructions and runs on one
+# processor: each with scripts of tests/vm, one after the other, SCRIPT-OPTION+SCRIPT.
+VM_CHECKS := can lines lines-gpiod2 can-vcan0 turn+gpio+clock
 # What of ours they need.
 VM_NEED   := $(SLEW) $(call named,conform_can) $(call named,can_socketcan) \
              $(call named,conform_gpio) $(B)/gpiod2/test_conform_gpio \
