@@ -130,7 +130,8 @@ static bool again_line(struct yaml_tree *tree, uint32_t line,
         is_at += gap;
         const struct again_line value = { yaml_tree_text(tree, i),
                                           node->length };
-        if (!again_same(was, was_at, &value, 0, value.length))
+        if (value.length == 0 || /* what follows is not of it */
+            !again_same(was, was_at, &value, 0, value.length))
             return false;
         const bool is_number =
             again_number(was->text + was_at, was->length - was_at) ==

@@ -152,6 +152,8 @@ static const struct {
     { "quoted", "a: '1'\n", "a: '2'\n", false },
     { "lines that end otherwise", "a: 1\r\nb: 2\r\n", "a: 1\r\nb: 3\r\n",
       false },
+    { "behind a key without a value", "{a:#c1-2, b: 3}\n",
+      "{a:#c1-2-2, b: 3}\n", false },
     { "said to be a key", "? 1\n: a\n", "? 2\n: a\n", false },
     { "beside letters that are none of ASCII", "\xC3\xA4: 1\n", "\xC3\xA4: 2\n",
       false },
