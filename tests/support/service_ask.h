@@ -1,6 +1,5 @@
-/* tests/support/service_ask.h - a client of a service_bench: a line and its answer.
- *
- * `tick` does a tick of the bench, and whatever the test looks at then. */
+/* tests/support/service_ask.h - the service_bench of a test, and a client of it: a
+ * line and its answer. */
 #ifndef TESTS_SUPPORT_SERVICE_ASK_H
 #define TESTS_SUPPORT_SERVICE_ASK_H
 
@@ -9,14 +8,18 @@
 #include "tests/support/check.h"
 #include "tests/support/service_bench.h"
 
+static struct service_bench bench;
+
+/* The test's: a tick of the bench, and whatever is looked at then. */
+static void tick(void);
+
 static inline void service_ask_pause(void)
 {
     nanosleep(&(struct timespec){ .tv_nsec = 1000000 }, NULL);
 }
 
 /* The answer to a line; events before it are left out. */
-static inline cJSON *service_ask(struct service_bench *bench,
-                                 void (*tick)(void), int file, const char *line)
+static inline cJSON *service_ask(int file, const char *line)
 {
     static char text[65536];
     size_t length = 0;
@@ -36,34 +39,30 @@ static inline cJSON *service_ask(struct service_bench *bench,
                 return object;
             cJSON_Delete(object);
         }
-        if (!service_bench_plans(bench)) {
+        if (!service_bench_plans(&bench)) {
             tick();
             continue;
         }
         service_ask_pause();
-        service_bench_serve(bench);
+        service_bench_serve(&bench);
     }
     fail_msg("no answer to %s", line);
     return NULL;
 }
 
-static inline void service_ask_done(struct service_bench *bench,
-                                    void (*tick)(void), int file,
-                                    const char *line)
+static inline void done(int file, const char *line)
 {
-    cJSON *answer = service_ask(bench, tick, file, line);
+    cJSON *answer = service_ask(file, line);
     if (!cJSON_IsTrue(cJSON_GetObjectItem(answer, "ok")))
         fail_msg("%s: %s", line, cJSON_PrintUnformatted(answer));
     cJSON_Delete(answer);
 }
 
 /* With that error, and that part of a sentence. */
-static inline void service_ask_refused(struct service_bench *bench,
-                                       void (*tick)(void), int file,
-                                       const char *line, const char *error,
-                                       const char *part)
+static inline void refused(int file, const char *line, const char *error,
+                           const char *part)
 {
-    cJSON *answer = service_ask(bench, tick, file, line);
+    cJSON *answer = service_ask(file, line);
     const char *text =
         cJSON_GetStringValue(cJSON_GetObjectItem(answer, "text"));
     assert_false(cJSON_IsTrue(cJSON_GetObjectItem(answer, "ok")));

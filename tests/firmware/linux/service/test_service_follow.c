@@ -26,8 +26,6 @@ static const char rig_text[] =
     "axes: {pan: {curve: s-curve, keys: [[0, 0], [9, 40]]}}\\n\"}"
 #define START "{\"command\":\"start\",\"follow\":\"sync\"}"
 
-static struct service_bench bench;
-
 /* Since the start of the move, where it began and how far from the clock it is. */
 static struct {
     int64_t begin_ns, end_ns;
@@ -70,17 +68,6 @@ static void ticks(int64_t ms)
 {
     for (int64_t i = 0; i < ms / 10; i++)
         tick();
-}
-
-static void done(int file, const char *line)
-{
-    service_ask_done(&bench, tick, file, line);
-}
-
-static void refused(int file, const char *line, const char *error,
-                    const char *part)
-{
-    service_ask_refused(&bench, tick, file, line, error, part);
 }
 
 static int at_start(const char *load)

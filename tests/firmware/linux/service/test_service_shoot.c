@@ -25,7 +25,6 @@ static const char rig_text[] =
 #define FLASH                                                                  \
     CAMERA "  - {line: flash, at: 0 s}\\n  - {line: flash, at: 2 s}\\n"
 
-static struct service_bench bench;
 static struct service_recording recording;
 
 /* Of both lines: when the path was where, at each pulse. */
@@ -92,17 +91,6 @@ static void ticks(int64_t ms)
 {
     for (int64_t i = 0; i < ms / 5; i++)
         tick();
-}
-
-static void done(int file, const char *line)
-{
-    service_ask_done(&bench, tick, file, line);
-}
-
-static void refused(int file, const char *line, const char *error,
-                    const char *part)
-{
-    service_ask_refused(&bench, tick, file, line, error, part);
 }
 
 static int at_start(const char *load)
