@@ -12,12 +12,12 @@
 #include "motion/plan/camera/plan_follow.h"
 #include "motion/plan/rig/plan_arm.h"
 
-#define CAMERA_MOMENTS 9
+#define CAMERA_SAMPLES 9
 
 /* ---- the rig ------------------------------------------------------------- */
 
-/* A path in space carries the head along its own axes. */
-static void camera_of_path(const struct plan_move *move, struct plan_rig *rig)
+/* Of a rig without kinematics: the path's coordinates are linear axes of the head. */
+static void camera_path_rig(const struct plan_move *move, struct plan_rig *rig)
 {
     const struct plan_camera *camera = move->camera;
     const struct plan_path *path = move->path;
@@ -41,8 +41,9 @@ static void camera_of_path(const struct plan_move *move, struct plan_rig *rig)
                                     camera->axis[i] };
 }
 
-/* From an axis of the rig's file to the same of the move, if that moves it. */
-static void camera_find(const struct job *job, struct plan_rig_axis *axis)
+/* From the index of an axis in the rig to its index in the move; not given when the
+ * move does not drive it. */
+static void camera_map_axis(const struct job *job, struct plan_rig_axis *axis)
 {
     const uint32_t rig_axis = axis->axis;
     const bool is_given = axis->is_given;
@@ -61,19 +62,19 @@ bool job_camera_rig(const struct job *job, struct plan_rig *rig)
         (move->camera == NULL || move->path == NULL))
         return false;
     if (job->rig.kinematics == NULL) {
-        camera_of_path(move, rig);
+        camera_path_rig(move, rig);
         return true;
     }
     *rig = *job->rig.kinematics;
     for (int i = 0; i < MOTION_CARRIER_AXES_MAX; i++)
-        camera_find(job, &rig->carrier[i]);
+        camera_map_axis(job, &rig->carrier[i]);
     for (int i = 0; i < MOTION_HEAD_AXES; i++)
-        camera_find(job, &rig->head[i]);
+        camera_map_axis(job, &rig->head[i]);
     for (int i = 0; i < PLAN_LENSES; i++)
-        camera_find(job, &rig->lens[i]);
+        camera_map_axis(job, &rig->lens[i]);
     for (uint32_t i = 0; i < rig->arm.arm.count; i++)
-        camera_find(job, &rig->arm.axis[i]);
-    camera_find(job, &rig->table);
+        camera_map_axis(job, &rig->arm.axis[i]);
+    camera_map_axis(job, &rig->table);
     return true;
 }
 
@@ -94,8 +95,9 @@ bool job_camera_subject(const struct job *job, int64_t t_ns_q12,
            plan_follow_subject(camera, job->track, t_ns_q12, subject);
 }
 
-static int64_t camera_axis(const struct job *job,
-                           const struct plan_rig_axis *axis, int64_t t_ns_q12)
+static int64_t camera_axis_pos(const struct job *job,
+                               const struct plan_rig_axis *axis,
+                               int64_t t_ns_q12)
 {
     struct motion_state at = { .pos_q32 = 0 };
 
@@ -104,9 +106,9 @@ static int64_t camera_axis(const struct job *job,
     return at.pos_q32;
 }
 
-/* Joints that the move leaves alone are where they count from. */
-static bool camera_on_arm(const struct job *job, int64_t t_ns_q12,
-                          struct motion_camera *camera)
+/* Joints that the move does not drive are at zero. */
+static bool camera_arm_pose(const struct job *job, int64_t t_ns_q12,
+                            struct motion_camera *camera)
 {
     int64_t joint_q32[MOTION_ARM_JOINTS_MAX];
     struct plan_rig rig;
@@ -114,8 +116,8 @@ static bool camera_on_arm(const struct job *job, int64_t t_ns_q12,
     if (!job_camera_rig(job, &rig) || rig.arm.arm.count == 0)
         return false;
     for (uint32_t i = 0; i < rig.arm.arm.count; i++) {
-        const struct plan_jet axis = plan_jet_of(
-            number_double(camera_axis(job, &rig.arm.axis[i], t_ns_q12), 32));
+        const struct plan_jet axis = plan_jet_of(number_double(
+            camera_axis_pos(job, &rig.arm.axis[i], t_ns_q12), 32));
         joint_q32[i] = plan_arm_joint_q32(
             &rig.arm, i,
             rig.arm.axis[i].is_given ? plan_arm_joint(&rig.arm, i, axis).p : 0);
@@ -135,7 +137,7 @@ bool job_camera_rotation(const struct job *job, int64_t t_ns_q12,
     int64_t axis_q32[MOTION_RIG_AXES_MAX];
     struct motion_camera camera;
 
-    if (camera_on_arm(job, t_ns_q12, &camera)) {
+    if (camera_arm_pose(job, t_ns_q12, &camera)) {
         *q = camera.q;
         return true;
     }
@@ -144,19 +146,19 @@ bool job_camera_rotation(const struct job *job, int64_t t_ns_q12,
     const struct plan_rig *rig = move_camera->following.rig;
     const uint32_t carried = motion_rig_axes(&rig->rig) - MOTION_HEAD_AXES;
     for (uint32_t i = 0; i < carried; i++)
-        axis_q32[i] = camera_axis(job, &rig->carrier[i], t_ns_q12);
+        axis_q32[i] = camera_axis_pos(job, &rig->carrier[i], t_ns_q12);
     for (uint32_t i = 0; i < MOTION_HEAD_AXES; i++)
-        axis_q32[carried + i] = camera_axis(job, &rig->head[i], t_ns_q12);
+        axis_q32[carried + i] = camera_axis_pos(job, &rig->head[i], t_ns_q12);
     if (motion_rig_camera(&rig->rig, axis_q32, &camera) < 0)
         return false;
     *q = camera.q;
     return true;
 }
 
-/* ---- a list of moments --------------------------------------------------- */
+/* ---- samples of the shot ------------------------------------------------- */
 
 /* In m, m/s; the lens in mm. */
-struct camera_moment {
+struct camera_sample {
     double t_s, at[3], speed, distance, lens[PLAN_LENSES];
     bool has_distance, has_lens[PLAN_LENSES];
 };
@@ -166,30 +168,30 @@ static double camera_length(const double v[3])
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-static void camera_moment(const struct job *job, const struct plan_rig *rig,
-                          int i, struct camera_moment *moment)
+static void camera_sample(const struct job *job, const struct plan_rig *rig,
+                          int i, struct camera_sample *sample)
 {
     struct plan_rig_camera camera;
     struct plan_jet_vec subject;
     double rate[3], to[3];
     int64_t t = 0;
 
-    (void)motion_fixed_muldiv(job->end_ns_q12, i, CAMERA_MOMENTS - 1, &t);
+    (void)motion_fixed_muldiv(job->end_ns_q12, i, CAMERA_SAMPLES - 1, &t);
     plan_rig_camera_at(rig, job->track, t, &camera);
-    moment->t_s = number_double(t, 12) / 1e9;
-    moment->has_distance = job_camera_subject(job, t, &subject);
+    sample->t_s = number_double(t, 12) / 1e9;
+    sample->has_distance = job_camera_subject(job, t, &subject);
     for (int k = 0; k < 3; k++) {
-        moment->at[k] = camera.pupil.x[k].p / 1000;
+        sample->at[k] = camera.pupil.x[k].p / 1000;
         rate[k] = camera.pupil.x[k].v / 1000;
         to[k] =
-            moment->has_distance ? subject.x[k].p / 1000 - moment->at[k] : 0;
+            sample->has_distance ? subject.x[k].p / 1000 - sample->at[k] : 0;
     }
-    moment->speed = camera_length(rate);
-    moment->distance = camera_length(to);
+    sample->speed = camera_length(rate);
+    sample->distance = camera_length(to);
     for (int k = 0; k < PLAN_LENSES; k++) {
-        moment->has_lens[k] = rig->lens[k].is_given;
-        if (moment->has_lens[k])
-            moment->lens[k] =
+        sample->has_lens[k] = rig->lens[k].is_given;
+        if (sample->has_lens[k])
+            sample->lens[k] =
                 plan_rig_track(&job->track[rig->lens[k].axis], t, -1).p;
     }
 }
@@ -216,18 +218,18 @@ void job_camera_text(const struct job *job, FILE *file)
         return;
     fputc('\n', file);
     table_init(&table, 8, head);
-    for (int i = 0; i < CAMERA_MOMENTS; i++) {
-        struct camera_moment moment = { .t_s = 0 };
-        camera_moment(job, &rig, i, &moment);
-        table_cell(&table, "%.3f s", moment.t_s);
+    for (int i = 0; i < CAMERA_SAMPLES; i++) {
+        struct camera_sample sample = { .t_s = 0 };
+        camera_sample(job, &rig, i, &sample);
+        table_cell(&table, "%.3f s", sample.t_s);
         for (int k = 0; k < 3; k++)
-            table_cell(&table, "%.3f", moment.at[k]);
-        table_cell(&table, "%.3f", moment.speed);
-        camera_cell(&table, moment.has_distance, 3, moment.distance);
-        camera_cell(&table, moment.has_lens[PLAN_LENS_FOCUS], 3,
-                    moment.lens[PLAN_LENS_FOCUS] / 1000);
-        camera_cell(&table, moment.has_lens[PLAN_LENS_ZOOM], 1,
-                    moment.lens[PLAN_LENS_ZOOM]);
+            table_cell(&table, "%.3f", sample.at[k]);
+        table_cell(&table, "%.3f", sample.speed);
+        camera_cell(&table, sample.has_distance, 3, sample.distance);
+        camera_cell(&table, sample.has_lens[PLAN_LENS_FOCUS], 3,
+                    sample.lens[PLAN_LENS_FOCUS] / 1000);
+        camera_cell(&table, sample.has_lens[PLAN_LENS_ZOOM], 1,
+                    sample.lens[PLAN_LENS_ZOOM]);
     }
     table_print(&table, file);
     table_free(&table);
@@ -240,22 +242,22 @@ void job_camera_json(const struct job *job, struct cJSON *object)
     if (!job_camera_rig(job, &rig))
         return;
     struct cJSON *list = cJSON_AddArrayToObject(object, "shot");
-    for (int i = 0; i < CAMERA_MOMENTS; i++) {
+    for (int i = 0; i < CAMERA_SAMPLES; i++) {
         struct cJSON *item = cJSON_CreateObject();
-        struct camera_moment moment = { .t_s = 0 };
-        camera_moment(job, &rig, i, &moment);
+        struct camera_sample sample = { .t_s = 0 };
+        camera_sample(job, &rig, i, &sample);
         cJSON_AddItemToArray(list, item);
-        cJSON_AddNumberToObject(item, "time_s", moment.t_s);
+        cJSON_AddNumberToObject(item, "time_s", sample.t_s);
         cJSON_AddItemToObject(item, "camera_m",
-                              cJSON_CreateDoubleArray(moment.at, 3));
-        cJSON_AddNumberToObject(item, "speed_m_s", moment.speed);
-        if (moment.has_distance)
-            cJSON_AddNumberToObject(item, "subject_m", moment.distance);
-        if (moment.has_lens[PLAN_LENS_FOCUS])
+                              cJSON_CreateDoubleArray(sample.at, 3));
+        cJSON_AddNumberToObject(item, "speed_m_s", sample.speed);
+        if (sample.has_distance)
+            cJSON_AddNumberToObject(item, "subject_m", sample.distance);
+        if (sample.has_lens[PLAN_LENS_FOCUS])
             cJSON_AddNumberToObject(item, "focus_m",
-                                    moment.lens[PLAN_LENS_FOCUS] / 1000);
-        if (moment.has_lens[PLAN_LENS_ZOOM])
+                                    sample.lens[PLAN_LENS_FOCUS] / 1000);
+        if (sample.has_lens[PLAN_LENS_ZOOM])
             cJSON_AddNumberToObject(item, "focal_mm",
-                                    moment.lens[PLAN_LENS_ZOOM]);
+                                    sample.lens[PLAN_LENS_ZOOM]);
     }
 }

@@ -1,5 +1,5 @@
 /* firmware/host/job/job_camera.h - where the camera of a job is, and its shot
- * as a list of moments. */
+ * as samples. */
 #ifndef FIRMWARE_HOST_JOB_JOB_CAMERA_H
 #define FIRMWARE_HOST_JOB_JOB_CAMERA_H
 

@@ -199,7 +199,7 @@ int move_bezier_capacity(struct move_reader *self,
         return 0;
     bezier->key = calloc(self->keys, sizeof bezier->key[0]);
     if (bezier->key == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     for (uint32_t i = 0; i < self->keys; i++)
         bezier->key[i] = self->handles;
     return 0;

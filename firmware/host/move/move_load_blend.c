@@ -85,7 +85,7 @@ static int move_read_base(void *reader, const struct yaml_value *value,
     blend->axis = calloc(self->rig->axis_count, sizeof *blend->axis);
     blend->base_q32 = calloc(self->rig->axis_count, sizeof *blend->base_q32);
     if (blend->axis == NULL || blend->base_q32 == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     for (uint32_t i = 0; i < self->rig->axis_count; i++) {
         const struct yaml_value name = { value->tree, pose->axis[i].node,
                                          "axis",
@@ -148,7 +148,7 @@ static int move_read_weight(void *context, uint32_t key,
     blend->weights++;
     weight->offset_q32 = calloc(blend->axes, sizeof *weight->offset_q32);
     if (weight->offset_q32 == NULL && blend->axes > 0)
-        return yaml_value_refuse(&name, "is too much for the memory");
+        return yaml_value_refuse(&name, "does not fit in memory");
     value.expected = "a map with curve and keys such as [4 s, 100 %]";
     if (move_read_offsets(self, &name, pose, weight) < 0)
         return -1;
@@ -166,7 +166,7 @@ static int move_read_weights(void *reader, const struct yaml_value *value,
         calloc((size_t)yaml_fields_count(value, PLAN_WEIGHTS_MAX) + 1,
                sizeof *self->move->blend->weight);
     if (self->move->blend->weight == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     return yaml_fields_each(value, PLAN_WEIGHTS_MAX, &blend, move_read_weight);
 }
 
@@ -190,7 +190,7 @@ int move_read_blended(void *reader, const struct yaml_value *value, void *out)
         return yaml_value_refuse(value, "has no poses");
     self->move->blend = calloc(1, sizeof *self->move->blend);
     if (self->move->blend == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     self->move->blend->place = yaml_tree_place(value->tree, value->node);
     return yaml_fields_read(value, &move_blend_shape, self, &base);
 }

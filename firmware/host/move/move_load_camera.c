@@ -201,7 +201,7 @@ static int move_read_dwells(void *reader, const struct yaml_value *value,
         return -1;
     camera->dwell = calloc(count, sizeof *camera->dwell);
     if (camera->dwell == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     item.name = "dwell";
     item.expected = "a map with at, from and to";
     item.node = yaml_value_node(value)->first;
@@ -337,7 +337,7 @@ int move_read_roll_of(struct move_reader *reader,
                                  "is not used with keys of look, which roll");
     camera->roll = calloc(1, sizeof *camera->roll);
     if (camera->roll == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     return move_read_keyed(reader, value, UNITS_POSITION, UNITS_AXIS_DEG,
                            camera->roll);
 }
@@ -406,7 +406,7 @@ static int move_take_rig(struct move_reader *self,
 
     camera->following.rig = rig;
     if (rig == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     *rig = *from;
     camera->forward = rig->forward;
     camera->up = rig->up;
@@ -481,7 +481,7 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out)
                                  units_axis_text(self->units.unit));
     camera = calloc(1, sizeof *camera);
     if (camera == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     self->move->camera = camera;
     camera->place = yaml_tree_place(value->tree, value->node);
     camera->ease = MOTION_DWELL_QUINTIC;
@@ -497,6 +497,6 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out)
             value, "has keys of look on a head whose mount turns, or whose "
                    "axes are reversed or offset");
     if (motion_dir_perpendicular(camera->forward, camera->up, &across) < 0)
-        return yaml_value_refuse(value, "has forward and up in one line");
+        return yaml_value_refuse(value, "has parallel forward and up");
     return 0;
 }

@@ -218,7 +218,7 @@ int move_read_events(void *reader, const struct yaml_value *value, void *out)
         return -1;
     move->event = calloc(count, sizeof *move->event);
     if (move->event == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     uint32_t node = yaml_value_node(value)->first;
     for (uint32_t i = 0; i < count; i++) {
         struct yaml_value item = yaml_value_at(value, node);

@@ -1,6 +1,5 @@
-/* firmware/host/move/move_load_follow.c - what a camera on the kinematics of
- * the rig follows: a subject that moves or stands on the turntable, and the lens
- * with it.  See move_load.h. */
+/* firmware/host/move/move_load_follow.c - the subject of a camera on the
+ * kinematics of the rig, moving or on the turntable, and the lens that follows it.  See move_load.h. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +12,7 @@
 
 /* ---- the subject --------------------------------------------------------- */
 
-/* Without parameters or velocities of its own. */
+/* One without parameters and velocities. */
 static int follow_read_curve(void *reader, const struct yaml_value *value,
                              void *out)
 {
@@ -23,8 +22,8 @@ static int follow_read_curve(void *reader, const struct yaml_value *value,
         return -1;
     const struct plan_curve_rules *rules = plan_curve_rules(*curve);
     if (rules->vel == PLAN_MUST || rules->handles)
-        return yaml_value_refuse(value, "'%s' takes more than points at times",
-                                 rules->name);
+        return yaml_value_refuse(
+            value, "'%s' has keys with velocities or handles", rules->name);
     return 0;
 }
 
@@ -69,7 +68,7 @@ static int follow_read_keys(void *reader, const struct yaml_value *value,
     for (int i = 0; i < PLAN_SPACE_AXES; i++) {
         subject[i].key = calloc(count, sizeof *subject[i].key);
         if (subject[i].key == NULL)
-            return yaml_value_refuse(value, "are too many for the memory");
+            return yaml_value_refuse(value, "do not fit in memory");
     }
     item.name = "key";
     item.expected = "[time, point] such as [2 s, [1 m, 0 mm, 1.2 m]]";
@@ -83,7 +82,7 @@ static int follow_read_keys(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field move_subject_fields[] = {
-    { "curve", YAML_OPTIONAL, "a curve that takes points at times alone",
+    { "curve", YAML_OPTIONAL, "a curve whose keys are times and points alone",
       follow_read_curve, offsetof(struct plan_axis, curve) },
     { "keys", YAML_REQUIRED,
       "a list of 1 .. 10000 keys such as [2 s, [1 m, 0 mm, 1.2 m]]",
@@ -102,7 +101,7 @@ int move_read_subject(void *reader, const struct yaml_value *value, void *out)
     camera->look = PLAN_LOOK_SUBJECT;
     camera->following.subject = subject;
     if (subject == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     for (int i = 0; i < PLAN_SPACE_AXES; i++) {
         subject[i] = (struct plan_axis){
             .name = { "xyz"[i] },
@@ -130,8 +129,8 @@ int move_read_on_table(void *reader, const struct yaml_value *value, void *out)
 
     camera->look = PLAN_LOOK_TABLE;
     if (self->rig->kinematics == NULL || !self->rig->kinematics->table.is_given)
-        return yaml_value_refuse(value, "is on a turntable that the rig's "
-                                        "kinematics lack");
+        return yaml_value_refuse(value, "is on a turntable, and the rig's "
+                                        "kinematics have none");
     return move_read_vector(self, value, PLAN_SPACE_AXES, camera->point_q32);
 }
 
@@ -205,7 +204,7 @@ int move_read_zoom(void *reader, const struct yaml_value *value, void *out)
 
 /* ---- the rig ------------------------------------------------------------- */
 
-/* From an axis of the rig to the same of the move. */
+/* From the index of an axis in the rig to its index in the move. */
 static int follow_find(const struct move_reader *self,
                        const struct yaml_value *value,
                        struct plan_rig_axis *axis)
@@ -221,8 +220,8 @@ static int follow_find(const struct move_reader *self,
             return 0;
         }
     return yaml_value_refuse(value,
-                             "rides on the axis '%s', and nothing says where "
-                             "that is",
+                             "is carried by the axis '%s', which the move does "
+                             "not drive",
                              name);
 }
 

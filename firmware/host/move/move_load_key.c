@@ -304,7 +304,7 @@ int move_read_keys(void *reader, const struct yaml_value *value, void *out)
         return -1;
     axis->key = calloc(count, sizeof(axis->key[0]));
     if (axis->key == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     ((struct move_reader *)reader)->keys = count;
     if (axis->curve == PLAN_CURVE_BEZIER &&
         move_bezier_capacity(reader, value) < 0)

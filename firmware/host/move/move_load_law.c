@@ -213,7 +213,7 @@ static int move_read_law_points(void *reader, const struct yaml_value *value,
         return -1;
     part->point = calloc(count, sizeof *part->point);
     if (part->point == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     item.node = yaml_value_node(value)->first;
     for (; part->points < count; part->points++) {
         if (move_read_law_point(reader, &item, part->points) < 0)
@@ -235,7 +235,7 @@ static int move_read_drawn(void *reader, const struct yaml_value *value,
         return -1;
     part->drawn = calloc(1, sizeof *part->drawn);
     if (part->drawn == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     if (move_read_keyed(self, value, UNITS_RATIO, self->units.unit,
                         part->drawn) < 0)
         return -1;
@@ -327,7 +327,7 @@ static int move_read_fastest(struct move_reader *self,
     }
     path->fastest = calloc(1, sizeof *path->fastest);
     if (path->fastest == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     for (uint32_t i = 0; i < path->points.axes; i++) {
         const char *name = self->move->axis[path->axis[i]].name;
         path->fastest->limit[i] =
@@ -369,7 +369,7 @@ static int move_more_caps(const struct yaml_value *value,
         return yaml_value_refuse(value, "is not used without speed: fastest");
     cap = realloc(fastest->cap, (fastest->caps + count) * sizeof *cap);
     if (cap == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     memset(cap + fastest->caps, 0, count * sizeof *cap);
     fastest->cap = cap;
     return 0;
@@ -454,7 +454,7 @@ int move_read_speed(void *reader, const struct yaml_value *value, void *out)
         return -1;
     path->part = calloc(count, sizeof *path->part);
     if (path->part == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     while (path->parts < count) {
         self->part = &path->part[path->parts++];
         if (move_read_part(self, &item) < 0)

@@ -134,7 +134,7 @@ static int orient_view(const struct yaml_value *value,
     if (yaml_fields_find(value, "forward") == 0)
         return 0;
     if (motion_dir_perpendicular(reading->up, forward, &axis[1]) < 0)
-        return yaml_value_refuse(value, "has forward and up in one line");
+        return yaml_value_refuse(value, "has parallel forward and up");
     axis[0] = motion_dir_cross(forward, axis[1]);
     axis[2] = motion_dir_neg(forward);
     return motion_quat_from_axes(axis, &reading->key.q) < 0
@@ -228,7 +228,7 @@ int move_read_orients(void *reader, const struct yaml_value *value, void *out)
         return -1;
     orient->key = calloc(count, sizeof *orient->key);
     if (orient->key == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     item.name = "orientation";
     item.expected = "a map such as {t: 2 s, angles: [30 deg, -5 deg, 0 deg]}";
     item.node = yaml_value_node(value)->first;

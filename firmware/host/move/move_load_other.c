@@ -13,9 +13,8 @@
 
 static int move_need_memory(const struct yaml_value *value, const void *memory)
 {
-    return memory != NULL
-               ? 0
-               : yaml_value_refuse(value, "is too much for the memory");
+    return memory != NULL ? 0
+                          : yaml_value_refuse(value, "does not fit in memory");
 }
 
 /* Its axes, written here. */
@@ -27,7 +26,7 @@ static int move_read_other_axes(void *reader, const struct yaml_value *value,
 
     inner.move = other->move;
     if (plan_move_reserve(other->move, inner.rig->axis_count) < 0)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     return move_read_axes(&inner, value, NULL);
 }
 

@@ -120,7 +120,7 @@ static int move_read_points(struct move_reader *reader,
         return -1;
     points->point = calloc(count, sizeof *points->point);
     if (points->point == NULL)
-        return yaml_value_refuse(value, "are too many for the memory");
+        return yaml_value_refuse(value, "do not fit in memory");
     for (; points->count < count; points->count++) {
         struct plan_point *point = &points->point[points->count];
         point->place = yaml_tree_place(value->tree, item.node);
@@ -158,7 +158,7 @@ static int move_read_path_head(struct move_reader *self,
                                  index == 1 ? "no arm" : "an arm with a tool");
     path->carrier = malloc(sizeof *path->carrier);
     if (path->carrier == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     *path->carrier = *self->rig->kinematics;
     path->points.axes = PLAN_SPACE_AXES;
     self->units.unit = UNITS_AXIS_MM;
@@ -342,7 +342,7 @@ int move_read_path(void *reader, const struct yaml_value *value, void *out)
 
     (void)out;
     if (path == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     self->move->path = path;
     path->points.curve = PLAN_CURVE_C2;
     path->points.spacing = MOTION_SPLINE_CENTRIPETAL;

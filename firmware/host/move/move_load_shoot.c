@@ -187,7 +187,7 @@ int move_read_shoot(void *reader, const struct yaml_value *value, void *out)
 
     (void)out;
     if (shoot == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     move->shoot = shoot;
     shoot->blur_q32 = MOTION_FIXED_ONE_Q32 / 2;
     shoot->line = shoot->step_line = PLAN_SHOOT_NO_LINE;
@@ -213,6 +213,6 @@ int move_read_shoot(void *reader, const struct yaml_value *value, void *out)
                                  "may lack");
     shoot_wait(shoot, self->rig);
     return shoot_add_event(move, shoot) < 0
-               ? yaml_value_refuse(value, "is too much for the memory")
+               ? yaml_value_refuse(value, "does not fit in memory")
                : 0;
 }

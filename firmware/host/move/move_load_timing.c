@@ -20,7 +20,7 @@ int move_read_timing(void *reader, const struct yaml_value *value, void *out)
         return -1;
     move->joints = calloc(1, sizeof *move->joints);
     if (move->joints == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     move->joints->place = yaml_tree_place(value->tree, value->node);
     return 0;
 }

@@ -147,7 +147,7 @@ const struct yaml_shape move_tool_shape = { "tool", move_tool_fields,
 static int tool_square(const struct yaml_value *value, struct plan_tool *tool)
 {
     return motion_dir_perpendicular(tool->up, tool->forward, &tool->up) < 0
-               ? yaml_value_refuse(value, "has forward and up in one line")
+               ? yaml_value_refuse(value, "has parallel forward and up")
                : 0;
 }
 
@@ -160,7 +160,7 @@ static int tool_open_look(const struct yaml_value *value,
 
     tool->look = look;
     if (look == NULL)
-        return yaml_value_refuse(value, "is too much for the memory");
+        return yaml_value_refuse(value, "does not fit in memory");
     look->place = yaml_tree_place(value->tree, value->node);
     look->has_roll = true;
     look->ease = MOTION_DWELL_QUINTIC;

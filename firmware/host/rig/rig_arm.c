@@ -171,7 +171,7 @@ static int rig_read_tool(void *reader, const struct yaml_value *value,
     if (yaml_fields_read(value, &rig_tool_shape, reader, &tool) < 0)
         return -1;
     return rig_set_tool(&tool, out) < 0
-               ? yaml_value_refuse(value, "has view and up in one line")
+               ? yaml_value_refuse(value, "has parallel view and up")
                : 0;
 }
 
@@ -206,7 +206,7 @@ static int rig_read_base(void *reader, const struct yaml_value *value,
     pose->origin = base.position;
     axis[2] = base.z;
     if (motion_dir_perpendicular(base.x, base.z, &axis[0]) < 0)
-        return yaml_value_refuse(value, "has z and x in one line");
+        return yaml_value_refuse(value, "has parallel z and x");
     axis[1] = motion_dir_cross(axis[2], axis[0]);
     return motion_quat_from_axes(axis, &pose->q) < 0
                ? yaml_value_refuse(value, "is no rotation")

@@ -7,7 +7,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-/* An axis in its place. */
+/* An axis and its map to a joint. */
 struct rig_joint {
     enum units_axis unit; /* that it must have */
     struct plan_rig_axis axis;
@@ -82,7 +82,7 @@ int rig_read_yes(void *reader, const struct yaml_value *value, void *out)
 
 /* ---- axes ---------------------------------------------------------------- */
 
-static bool rig_is_placed(const struct plan_rig *rig, uint32_t axis)
+static bool rig_is_joint(const struct plan_rig *rig, uint32_t axis)
 {
     const struct plan_rig_axis *const list[] = { rig->carrier, rig->head,
                                                  &rig->table, rig->lens,
@@ -107,10 +107,8 @@ int rig_read_free_axis(const struct rig_reader *reader,
         names[i] = rig->axis[i].name;
     if (yaml_value_choice(value, names, rig->axis_count, index) < 0)
         return -1;
-    return rig_is_placed(rig->kinematics, *index)
-               ? yaml_value_refuse(value,
-                                   "'%s' has a place in the kinematics "
-                                   "already",
+    return rig_is_joint(rig->kinematics, *index)
+               ? yaml_value_refuse(value, "'%s' is in the kinematics already",
                                    names[*index])
                : 0;
 }
@@ -219,9 +217,9 @@ static const struct yaml_field rig_linear_fields[] = {
 const struct yaml_shape rig_linear_shape = { "linear", rig_linear_fields,
                                              ARRAY_LEN(rig_linear_fields) };
 
-/* Directions in one plane or line leave places that have no axes, and others
- * that have many. */
-static bool rig_is_flat(const struct motion_linear *linear)
+/* Linearly dependent directions: some positions are unreachable, others have any
+ * number of solutions. */
+static bool rig_is_dependent(const struct motion_linear *linear)
 {
     struct motion_dir across, rest;
 
@@ -248,8 +246,8 @@ static int rig_read_linear(void *reader, const struct yaml_value *value,
     linear->origin = motion_vec_zero();
     if (yaml_fields_read(value, &rig_linear_shape, reader, linear) < 0)
         return -1;
-    return rig_is_flat(linear)
-               ? yaml_value_refuse(value, "has axes in one line or plane")
+    return rig_is_dependent(linear)
+               ? yaml_value_refuse(value, "has linearly dependent axes")
                : 0;
 }
 
@@ -272,7 +270,7 @@ static const struct yaml_field rig_arc_fields[] = {
       "from the centre to where the axis is 0, such as [1, 0, 0]",
       rig_read_direction, offsetof(struct motion_arc, start) },
     { "turning", YAML_OPTIONAL,
-      "yes or no: does the head turn with the carriage", rig_read_yes,
+      "yes or no: whether the head turns with the carriage", rig_read_yes,
       offsetof(struct motion_arc, is_turning) },
     { "axis", YAML_REQUIRED, "a map with axis, offset and reversed",
       rig_read_arc_axis, offsetof(struct motion_arc, axis) },
@@ -294,7 +292,7 @@ static int rig_read_arc(void *reader, const struct yaml_value *value, void *out)
         return -1;
     if (motion_arc_plane(arc, motion_vec_from_dir(arc->normal),
                          motion_vec_from_dir(arc->start)) < 0)
-        return yaml_value_refuse(value, "has normal and start in one line");
+        return yaml_value_refuse(value, "has parallel normal and start");
     return 0;
 }
 
@@ -359,19 +357,19 @@ static int rig_read_gantry(void *reader, const struct yaml_value *value,
 
 /* ---- a jib --------------------------------------------------------------- */
 
-const char *const rig_jib_heads[RIG_JIB_HEADS] = {
+const char *const rig_jib_mounts[RIG_JIB_MOUNTS] = {
     [MOTION_JIB_BOOM] = "boom",
     [MOTION_JIB_LEVEL] = "level",
     [MOTION_JIB_SPACE] = "counter-rotating",
 };
 
-static int rig_read_jib_head(void *reader, const struct yaml_value *value,
-                             void *out)
+static int rig_read_jib_mount(void *reader, const struct yaml_value *value,
+                              void *out)
 {
     unsigned index;
 
     (void)reader;
-    if (yaml_value_choice(value, rig_jib_heads, RIG_JIB_HEADS, &index) < 0)
+    if (yaml_value_choice(value, rig_jib_mounts, RIG_JIB_MOUNTS, &index) < 0)
         return -1;
     *(enum motion_jib_mount *)out = (enum motion_jib_mount)index;
     return 0;
@@ -407,7 +405,7 @@ static int rig_read_extend(void *reader, const struct yaml_value *value,
         motion_axis_coordinate(
             map, map->is_reversed ? limit->pos_min_q32 : limit->pos_max_q32,
             &jib->extend_max_q32) < 0)
-        return yaml_value_refuse(value, "goes too far");
+        return yaml_value_refuse(value, "exceeds the range of lengths");
     return 0;
 }
 
@@ -422,7 +420,7 @@ static const struct yaml_field rig_jib_fields[] = {
       "-300 mm]",
       rig_read_point, offsetof(struct motion_jib, drop) },
     { "mount", YAML_OPTIONAL, "boom, level or counter-rotating",
-      rig_read_jib_head, offsetof(struct motion_jib, mount) },
+      rig_read_jib_mount, offsetof(struct motion_jib, mount) },
     { "pan", YAML_REQUIRED, "a map with axis, offset and reversed",
       rig_read_boom_pan, offsetof(struct motion_jib, axis[0]) },
     { "tilt", YAML_REQUIRED, "a map with axis, offset and reversed",
@@ -533,7 +531,7 @@ static int rig_read_head(void *reader, const struct yaml_value *value,
     if (motion_mount_level(motion_vec_from_dir(rig->forward),
                            motion_vec_from_dir(rig->up),
                            &rig->rig.carrier.level) < 0)
-        return yaml_value_refuse(value, "has forward and up in one line");
+        return yaml_value_refuse(value, "has parallel forward and up");
     return 0;
 }
 

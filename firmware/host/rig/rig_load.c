@@ -71,7 +71,7 @@ const struct yaml_words rig_words[] = {
     { "line.kind", rig_line_kinds, RIG_LINE_KINDS },
     { "line.active", rig_line_levels, RIG_LINE_LEVELS },
     { "line.bias", rig_line_biases, RIG_LINE_BIASES },
-    { "jib.mount", rig_jib_heads, RIG_JIB_HEADS },
+    { "jib.mount", rig_jib_mounts, RIG_JIB_MOUNTS },
     { "payload.kind", rig_payload_kinds, RIG_PAYLOAD_KINDS },
     { NULL, NULL, 0 },
 };

@@ -52,7 +52,7 @@ static const struct yaml_field rig_rail_fields[] = {
       "a list of 2 .. 1000 points such as [0 mm, 0 mm, 900 mm]",
       rig_read_rail_points, offsetof(struct rig_rail, points) },
     { "turning", YAML_OPTIONAL,
-      "yes or no: does the head turn with the carriage", rig_read_yes,
+      "yes or no: whether the head turns with the carriage", rig_read_yes,
       offsetof(struct rig_rail, is_turning) },
     { "axis", YAML_REQUIRED, "a map with axis, offset and reversed",
       rig_read_rail_axis, offsetof(struct rig_rail, axis) },
@@ -87,7 +87,8 @@ static int rig_check_rail(const struct rig *rig, const struct rig_rail *rail,
             0 ||
         motion_axis_coordinate(&rail->axis, axis->limit.pos_max_q32,
                                &high_q32) < 0)
-        return yaml_value_refuse(value, "has an axis that goes too far");
+        return yaml_value_refuse(value,
+                                 "has an axis beyond the range of lengths");
     if (rail->axis.is_reversed) {
         const int64_t swap_q32 = low_q32;
         low_q32 = high_q32;

@@ -92,7 +92,7 @@ static int orient_keys(const struct plan_camera *camera,
 
     if (err < 0)
         return plan_error_set(error, err, camera->place,
-                              "the camera has forward and up in one line");
+                              "the camera has parallel forward and up");
     for (uint32_t i = 0; i < orient->count && err == MOTION_OK; i++) {
         const struct plan_orient_key *from = &camera->orient.key[i];
         orient->key[i].q =

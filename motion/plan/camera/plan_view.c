@@ -163,7 +163,7 @@ static int view_mount(struct plan_view *self)
 
     if (err < 0)
         return plan_view_fail(self, err, camera->place,
-                              "has forward and up in one line");
+                              "has parallel forward and up");
     self->from_mount = motion_quat_inverse(mount);
     return MOTION_OK;
 }

@@ -20,7 +20,7 @@
 #define SHAPER_UNKNOWNS   11
 #define SHAPER_STEP       0.02 /* of damping */
 #define SHAPER_STEP_LEAST 1e-4
-#define SHAPER_MOVE       0.15 /* of an unknown in one step: same solution */
+#define SHAPER_CHANGE     0.15 /* of an unknown in one step: same solution */
 #define SHAPER_ITERATIONS 20
 #define SHAPER_CONVERGED  1e-12 /* last correction; it converges quadratically */
 
@@ -206,7 +206,7 @@ static void shaper_jacobian(const struct shaper_system *system,
     }
 }
 
-/* From `unknown` to the solution beside it; false when there is none. */
+/* From `unknown` to the solution near it; false when it does not converge. */
 static bool shaper_newton(const struct shaper_system *system, double unknown[])
 {
     for (unsigned n = 0; n < SHAPER_ITERATIONS; n++) {
@@ -229,12 +229,12 @@ static bool shaper_newton(const struct shaper_system *system, double unknown[])
     return false;
 }
 
-/* --- continued in damping ------------------------------------------------- */
+/* --- continuation in damping ---------------------------------------------- */
 
-/* A shaper: amplitudes above 0, times in order, zeros and humps in theirs, and
- * the upper zero within an octave.  With much damping it runs away upwards (EI:
- * 15 times the design frequency at z = 0.67), and what is between the zeros is
- * no band about that frequency any more. */
+/* A shaper: positive amplitudes, ascending times, zeros and humps in order, and
+ * the upper zero within an octave of the design frequency.  At high damping that
+ * zero diverges (EI: 15 times the design frequency at z = 0.67), and the band
+ * between the zeros is no longer one about the design frequency. */
 static bool shaper_is_valid(const struct shaper_system *system,
                             const double unknown[])
 {
@@ -253,7 +253,8 @@ static bool shaper_is_valid(const struct shaper_system *system,
                       unknown[10] > 1 && unknown[10] < zero[1]);
 }
 
-/* One step on; false, and nothing changed, when it ends somewhere else. */
+/* One step of the continuation; false, and nothing changed, when it diverges or
+ * converges to another solution. */
 static bool shaper_advance(const struct shaper_system *system, double unknown[])
 {
     double next[SHAPER_UNKNOWNS];
@@ -262,22 +263,22 @@ static bool shaper_advance(const struct shaper_system *system, double unknown[])
     if (!shaper_newton(system, next) || !shaper_is_valid(system, next))
         return false;
     for (unsigned i = 0; i < system->size; i++)
-        if (!(fabs(next[i] - unknown[i]) <= SHAPER_MOVE))
+        if (!(fabs(next[i] - unknown[i]) <= SHAPER_CHANGE))
             return false;
     memcpy(unknown, next, system->size * sizeof *next);
     return true;
 }
 
-/* From no damping to system->damping; where that does not go, the damping that
- * was reached is left there. */
+/* From no damping to system->damping; false: that is then the highest damping
+ * which was reached. */
 static bool shaper_continue(struct shaper_system *system, double unknown[])
 {
-    const double wanted = system->damping;
+    const double target = system->damping;
     double reached = 0, step = SHAPER_STEP;
 
     shaper_undamped(system, unknown);
-    while (reached < wanted) {
-        system->damping = fmin(reached + step, wanted);
+    while (reached < target) {
+        system->damping = fmin(reached + step, target);
         if (shaper_advance(system, unknown)) {
             reached = system->damping;
             continue;
@@ -288,13 +289,13 @@ static bool shaper_continue(struct shaper_system *system, double unknown[])
             return false;
         }
     }
-    system->damping = wanted;
+    system->damping = target;
     return true;
 }
 
 /* --- design ---------------------------------------------------------------- */
 
-/* With tau in the place of times, and zeros by the design frequency. */
+/* In units of the design frequency: tau for times, zeros by it. */
 static void shaper_design_zv(const struct plan_shaper_request *request,
                              struct plan_shaper *shaper)
 {
@@ -333,8 +334,8 @@ static int shaper_design_ei(const struct plan_shaper_request *request,
     if (!shaper_continue(&system, unknown))
         return plan_error_set(
             error, MOTION_E_ARG, (struct plan_place){ 0, 0 },
-            "there is no shaper %s for a damping of %.4g: with a residual of "
-            "%.4g it goes up to %.2f, and zvd is for any damping",
+            "no shaper %s exists for a damping of %.4g: with a residual of "
+            "%.4g it exists up to %.2f, zvd exists for any damping",
             plan_shaper_word(request->kind), request->damping,
             request->residual, floor(100 * system.damping) / 100);
     memcpy(shaper->amplitude, unknown, shaper->count * sizeof *unknown);
@@ -404,7 +405,7 @@ int plan_shaper_design(const struct plan_shaper_request *request,
     return err;
 }
 
-/* --- what a shaper does ---------------------------------------------------- */
+/* --- response --------------------------------------------------------------- */
 
 double plan_shaper_residual(const struct plan_shaper *shaper,
                             double frequency_hz)

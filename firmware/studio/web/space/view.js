@@ -194,7 +194,7 @@ function connect(canvas, session, machine, onEmpty, view, onRead) {
     effect(() => {
       void session.report.value;
       void space.read((isEmpty) => {
-        onEmpty(isEmpty ? "This rig has no kinematics, so nothing says where its camera is." : "");
+        onEmpty(isEmpty ? "This rig has no kinematics: the pose of its camera is unknown." : "");
         onRead();
       });
     }),

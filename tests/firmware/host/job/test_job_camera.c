@@ -1,5 +1,5 @@
 /* tests/firmware/host/job/test_job_camera.c - the camera of the examples: its
- * place by hand, its list of moments, and its picture. */
+ * place by hand, its samples, and its picture. */
 #include "firmware/host/job/job_camera.h"
 
 #include <cjson/cJSON.h>

@@ -659,7 +659,7 @@ static void what_a_camera_cannot_do_is_said(void **state)
                  "      - {at: [2000, 900, 900], from: 70 %, to: 60 %}\n",
           "14:9: the camera ends a dwell before it begins" },
         { CAMERA "  look: {at: [1, 2, 3]}\n  forward: [0, 0, 3]\n",
-          "11:3: camera has forward and up in one line" },
+          "11:3: camera has parallel forward and up" },
         { CAMERA "  look: {at: [1, 2, 3]}\n  up: [0, 0, 0]\n",
           "13:7: up is no direction" },
         { PATH "camera:\n  axes: {pan: pan, tilt: x}\n"

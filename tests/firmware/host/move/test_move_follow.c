@@ -209,7 +209,8 @@ static const struct {
     const char *rig, *text, *want;
 } wrong[] = {
     { SLIDER, CAMERA,
-      "2:3: camera rides on the axis 'slide', and nothing says where that is" },
+      "2:3: camera is carried by the axis 'slide', which the move does not "
+      "drive" },
     { SLIDER, SLIDE "camera: {look: {along: level}}\n",
       "2:16: look has along, which is not used with the rig's kinematics" },
     { SLIDER,
@@ -222,13 +223,13 @@ static const struct {
       "2:39: roll has no axis: the head in the rig's kinematics does not "
       "roll" },
     { SLIDER, SLIDE "camera: {look: {table: [1, 2, 3]}}\n",
-      "2:24: table is on a turntable that the rig's kinematics lack" },
+      "2:24: table is on a turntable, and the rig's kinematics have none" },
     { SLIDER, SLIDE "camera: {look: {at: [1, 2, 3]}, zoom: {focal: 3}}\n",
       "2:39: zoom has no axis under lens" },
     { SLIDER,
       SLIDE "camera: {look: {subject: {curve: hermite, keys: [[0, [1, "
             "2, 3]]]}}}\n",
-      "2:34: curve 'hermite' takes more than points at times" },
+      "2:34: curve 'hermite' has keys with velocities or handles" },
     { SLIDER,
       SLIDE "camera: {look: {subject: {keys: [[1, [1, 2, 3]], [1, [1, "
             "2, 4]]]}}}\n",

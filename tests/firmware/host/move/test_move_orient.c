@@ -268,7 +268,7 @@ static void what_cannot_be_turned_is_refused(void **state)
         { KEYS "      - {t: 0 s, quaternion: [1, 0, 0]}\n      - {t: 1 s}\n",
           "quaternion has 3 items" },
         { KEYS "      - {t: 0 s, forward: [0, 0, 1]}\n      - {t: 1 s}\n",
-          "5:9: orientation has forward and up in one line" },
+          "5:9: orientation has parallel forward and up" },
         { KEYS "      - {t: 0 s, angles: [0, 0], up: [0, 0, 1]}\n"
                "      - {t: 1 s}\n",
           "orientation gives up without forward" },

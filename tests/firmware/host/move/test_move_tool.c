@@ -403,7 +403,7 @@ static void what_cannot_be_is_refused(void **state)
     move_file_refuse(ARM, PATH("  tool: {up: [0, 0, 1]}\n"),
                      "tool has no look, and no forward");
     move_file_refuse(ARM, PATH("  tool: {forward: [0, 0, 1]}\n"),
-                     "tool has forward and up in one line");
+                     "tool has parallel forward and up");
     move_file_refuse(ARM, PATH("  tool: {look: [0, 0, 1], near: [0, 0]}\n"),
                      "near has 2 items");
     move_file_refuse(ARM,
@@ -418,7 +418,7 @@ static void what_cannot_be_is_refused(void **state)
     move_file_refuse(ARM, PATH("  tool: {look: {at: [0, 0, 1], ahead: 5}}\n"),
                      "look names 2 things to look at");
     move_file_refuse(ARM, PATH("  tool: {look: {table: [0, 0, 1]}}\n"),
-                     "is on a turntable that the rig's kinematics lack");
+                     "is on a turntable, and the rig's kinematics have none");
     move_file_refuse(ARM,
                      PATH("  tool: {forward: [0, 0, -1], up: [1, 0, 0], roll: "
                           "{keys: [[0, 0], [1, 1]]}}\n"),

@@ -47,21 +47,21 @@ static const struct {
            "  arc: {centre: [0, 0, 0], radius: 1 m, axis: {axis: b}}\n",
       "11:3: kinematics has 2 things that carry the head" },
     { "  head: {pan: {axis: pan}, tilt: {axis: pan}}\n",
-      "11:41: axis 'pan' has a place in the kinematics already" },
+      "11:41: axis 'pan' is in the kinematics already" },
     { "  head: {pan: {axis: a}, tilt: {axis: tilt}}\n",
       "11:22: axis 'a' is in mm, not in deg" },
     { "  head: {pan: {axis: pam}, tilt: {axis: tilt}}\n",
       "11:22: unknown axis 'pam'" },
     { "  head: {pan: {axis: pan}, tilt: {axis: tilt}, forward: [0, 0, 2]}\n",
-      "11:9: head has forward and up in one line" },
+      "11:9: head has parallel forward and up" },
     { "  head: {pan: {axis: pan}, tilt: {axis: tilt}, forward: [0, 0, 0]}\n",
       "11:57: forward has no direction" },
     { HEAD "  linear: {axes: [{axis: a, direction: [1, 1, 0]}, {axis: b, "
            "direction: [-2, -2, 0]}]}\n",
-      "12:11: linear has axes in one line or plane" },
+      "12:11: linear has linearly dependent axes" },
     { HEAD "  linear: {axes: [{axis: a, direction: [1, 0, 0]}, {axis: b, "
            "direction: [0, 1, 0]}, {axis: c, direction: [3, -5, 0]}]}\n",
-      "12:11: linear has axes in one line or plane" },
+      "12:11: linear has linearly dependent axes" },
     { HEAD "  linear: {axes: [{axis: a}]}\n",
       "12:19: slide has no 'direction'" },
     { HEAD "  linear: {axes: [{axis: a, direction: [1, 0]}]}\n",
@@ -70,7 +70,7 @@ static const struct {
       "12:36: radius '0 mm' is not above zero" },
     { HEAD "  arc: {centre: [0, 0, 0], radius: 1 m, start: [0, 0, 1], axis: "
            "{axis: b}}\n",
-      "12:8: arc has normal and start in one line" },
+      "12:8: arc has parallel normal and start" },
     { HEAD "  rail: {points: [[0, 0, 0]], axis: {axis: b}}\n",
       "12:18: points has 1 item" },
     { HEAD "  rail: {points: [[0, 0, 0], [2 m, 0, 0], [2 m, 0, 0]], axis: "
@@ -96,11 +96,11 @@ static const struct {
       "11:3: kinematics has a head beside an arm" },
     { "  arm: {joints: []}\n", "11:17: joints has 0 items" },
     { "  arm: {joints: [{axis: turn}, {axis: a}, {axis: turn}]}\n",
-      "11:50: axis 'turn' has a place in the kinematics already" },
+      "11:50: axis 'turn' is in the kinematics already" },
     { "  arm: {joints: [{axis: turn, a: 3 deg}]}\n",
       "11:34: a '3 deg' is an angle" },
     { "  arm: {joints: [{axis: turn}], tool: {view: [0, 1, 0]}}\n",
-      "11:39: tool has view and up in one line" },
+      "11:39: tool has parallel view and up" },
     { HEAD "  lens: {focus: turn}\n", "12:17: focus 'turn' is in deg" },
 };
 

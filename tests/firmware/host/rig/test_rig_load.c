@@ -640,7 +640,7 @@ static const struct {
     { "move_camera_looks_twice.yaml", 10, 9, "look names 2 things to look at" },
     { "move_camera_no_direction.yaml", 11, 7, "up is no direction" },
     { "move_camera_up_is_forward.yaml", 9, 3,
-      "camera has forward and up in one line" },
+      "camera has parallel forward and up" },
     { "move_camera_without_path.yaml", 2, 3, "camera has no path to go on" },
     { "move_duplicate_axis.yaml", 9, 3,
       "key 'dolly' is already there in line 3" },
