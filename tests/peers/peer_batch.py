@@ -1,5 +1,5 @@
 """pyarrow reads the tables of slew batch: the Parquet file has what the CSV has,
-to the last bit of every number.
+to the last bit of every number.  Reads no clock.
 
     SLEW=build/slew PEERS=build/peers python tests/peers/peer_batch.py
 """

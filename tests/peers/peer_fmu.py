@@ -1,5 +1,5 @@
 """FMPy takes the units of slew sim export: it validates their description and
-runs them with steps of 0.1 to 10 ms.
+runs them with steps of 0.1 to 10 ms.  Reads no clock.
 
     SLEW=build/slew PEERS=build/peers python tests/peers/peer_fmu.py
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The recordings of slew run, read by the package mcap: whole ones by their
 index and from the beginning, cut ones as far as they go, and the same figures
-as in the CSV of the same run."""
+as in the CSV of the same run.  Reads no clock."""
 import csv
 import io
 import json

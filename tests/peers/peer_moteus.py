@@ -3,7 +3,7 @@
 
 It reads what our driver sends, and builds the same frame from the same set
 point; it commands our simulated servo in every resolution it has and reads
-its answers.  Nothing goes over a bus: frames are lines of hex.
+its answers.  Nothing goes over a bus: frames are lines of hex.  Reads no clock.
 """
 import math
 import os

@@ -6,7 +6,8 @@ round.rest for some.  A row counts where Ruckig says the same at two scales
 within 1e-9.  Durations within 1e-6 and 2 ns on 999 of 1000 rows of a category,
 none 1.001 times as long, none without an answer, and the same with other units
 of length and time.  Every 20th profile is integrated in fractions: it starts
-and ends to the bit, is continuous and inside its limits."""
+and ends to the bit, is continuous and inside its limits.  Reads no clock.
+Takes long."""
 import math
 import os
 import subprocess

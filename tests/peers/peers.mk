@@ -7,10 +7,11 @@ PEERS       := $(B)/peers
 PEER_CHECKS := $(sort $(wildcard tests/peers/peer_*))
 # What of ours they talk to.
 PEER_PROGRAMS := $(patsubst tests/peers/%.c,$(PEERS)/%,$(wildcard tests/peers/*.c))
-# Without the real clock: these run beside each other, the longest first; the others
-# alone.
-PEER_BESIDE := $(addprefix tests/peers/peer_,canopen.sh otg.py fmu.py mcap.py moteus.py \
-                 batch.py)
+# What they say of themselves: those that read no clock run beside each other, the long
+# ones first; the others alone.
+PEER_LONG   := $(shell grep -lF 'Takes long.' $(PEER_CHECKS))
+PEER_BESIDE := $(PEER_LONG) $(filter-out $(PEER_LONG),\
+                 $(shell grep -lF 'Reads no clock.' $(PEER_CHECKS)))
 
 $(PEERS)/venv/done: tests/peers/requirements.txt
 	$(Q)rm -rf $(PEERS)/venv
