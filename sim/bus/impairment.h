@@ -6,8 +6,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "sim/util.h"
-
 struct sim_impairment {
     int64_t delay_ns;         /* every frame so much later, */
     int64_t jitter_ns;        /* and up to so much more, at random; in order */
@@ -16,20 +14,10 @@ struct sim_impairment {
 };
 
 /* True for so many in 2^32; draws nothing for none. */
-static inline bool sim_impairment_draws(uint64_t *seed, uint64_t share_q32)
-{
-    return share_q32 > 0 && sim_random(seed) >> 32 < share_q32;
-}
+bool sim_impairment_draws(uint64_t *seed, uint64_t share_q32);
 
 /* How much later the next frame comes. */
-static inline int64_t sim_impairment_late_ns(const struct sim_impairment *self,
-                                             uint64_t *seed)
-{
-    int64_t late_ns = self->delay_ns;
-
-    if (self->jitter_ns > 0)
-        late_ns += (int64_t)(sim_random(seed) % (uint64_t)self->jitter_ns);
-    return late_ns;
-}
+int64_t sim_impairment_late_ns(const struct sim_impairment *self,
+                               uint64_t *seed);
 
 #endif
