@@ -19,7 +19,7 @@ int rig_read_rated_torque(void *reader, const struct yaml_value *value,
 
     if (rig_read_share(reader, value, 0.001, 10000, &torque_nm) < 0)
         return -1;
-    *(int32_t *)out = (int32_t)lround(torque_nm * 1000);
+    *(int32_t *)out = (int32_t)llround(torque_nm * 1000);
     return 0;
 }
 
