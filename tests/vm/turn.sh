@@ -1,9 +1,9 @@
 #!/bin/sh
-# tests/vm/turn.sh BUILD - inside the machine of boot.sh: ODrive and moteus over
-# real sockets.
+# tests/vm/turn.sh BUILD - inside the machine of boot.sh: drives that count
+# turns over real sockets.
 #
-# slew sim and slew run meet on virtual CAN, the moteus with FD frames; then the
-# ODrive's bus is the emulated Kvaser cards, with its remote frames on a wire.
+# slew sim and slew run meet on virtual CAN, once with FD frames; then the ODrive's
+# bus is the emulated Kvaser cards, with its remote frames on a wire.
 set -u
 slew=${1:-build}/slew
 . "${0%/*}/claims.sh"
@@ -25,7 +25,7 @@ move() # move INTERFACES-OF-THE-DRIVES INTERFACES-OF-THE-MASTER
 }
 
 preload "$slew"
-claim "ODrive on vcan0, moteus on vcan1 with FD frames" \
+claim "on vcan0, and on vcan1 with FD frames" \
     move can0=vcan0,can1=vcan1 can0=vcan0,can1=vcan1
 claim "the ODrive over can0 and can1, Kvaser" \
     move can0=can1,can1=vcan1 can0=can0,can1=vcan1

@@ -75,9 +75,9 @@ static int rig_homing_torque(const struct yaml_value *value, void *reader)
         "rated_torque in the axis's drive, of which torque is a share"
     };
     if (!drive->reports_torque)
-        return yaml_value_refuse(value, "hard-stop is only for a cia402, "
-                                        "odrive or moteus drive, which report "
-                                        "their torque");
+        return yaml_value_refuse(
+            value, "hard-stop is not for a %s drive, which reports no torque",
+            rig_drive_kinds[((struct rig_reader *)reader)->axis->kind]);
     if (drive->torque_in_nm &&
         ((struct rig_reader *)reader)->axis->rated_torque_mnm == 0)
         return yaml_value_refuse(&unrated,

@@ -76,8 +76,8 @@ static void a_stop_that_it_stands_at_is_met_while_speeding_up(void **state)
     }
 }
 
-/* By Get_Torques of an ODrive 0.6, Get_Iq of a 0.5, register 3 of a moteus; two of
- * them run the other way round than their axis. */
+/* By a torque in Nm, and by a current; two of them run the other way round than
+ * their axis. */
 static void drives_that_count_turns_home_by_their_torque(void **state)
 {
     static const int before_um[] = { 0, 50, 700, 30000 };

@@ -840,8 +840,7 @@ static const struct {
       "by hard-stop has a drive without rated_torque, expected rated_torque in "
       "the axis's drive, of which torque is a share" },
     { "rig_homing_hard_stop_modbus.yaml", 13, 18,
-      "by hard-stop is only for a cia402, odrive or moteus drive, which report "
-      "their torque" },
+      "by hard-stop is not for a modbus drive, which reports no torque" },
     { "rig_rated_torque.yaml", 12, 81, "rated_torque '0' is out of range" },
     { "rig_torque_constant.yaml", 12, 103,
       "torque_constant '1200' is out of range" },
