@@ -139,12 +139,15 @@ static int64_t ramp_begin_ns(const struct controller *controller)
                : controller->clock_ns;
 }
 
-/* In fewer ticks no ramp brings r' > 0 to 0; without a limit one does. */
+/* In fewer ticks no ramp brings r' > 0 to 0; without a limit one does.  0: in no
+ * more ticks either, as the limits force r'' > 0 here. */
 static int64_t ramp_level_ticks(const struct controller *controller,
                                 const struct motion_clock_rate *now, bool stop)
 {
     const int64_t jerk_q30 =
-        ramp_most(controller_ramp_margin(controller, now, true, stop), 1);
+        controller_ramp_margin(controller, now, true, stop);
+    if (jerk_q30 <= 0)
+        return 0;
     return ramp_muldiv(ramp_size(now->accel_q30), RAMP_SECOND_NS, jerk_q30) /
                controller->config.period_ns +
            1;
@@ -226,7 +229,7 @@ static bool ramp_level_least(const struct controller *controller,
     const int64_t wait_ns = wait->ticks * period_ns;
     int64_t ticks = ramp_level_ticks(controller, &then, stop), low = ticks - 1;
     effort->dt_ns = wait_ns;
-    while (effort->looks > 0) {
+    while (ticks > 0 && effort->looks > 0) {
         const int fits =
             ramp_levels(controller, wait, ticks, stop, effort, warp);
         if (fits < 0 || (fits == 0 && effort->dt_ns < wait_ns))
@@ -247,7 +250,7 @@ static bool ramp_level_least(const struct controller *controller,
  * brought to 0 from now on, as fast as the limits allow, where the ramp in
  * force would go up, and the search goes on from there.  Where the limits leave
  * no r'' < 0 yet r' rises no further until they do, or as little as they leave,
- * in quarters of what the ramp in force would. */
+ * in sixteenths of what the ramp in force would. */
 static void ramp_level(struct controller *controller, bool stop,
                        struct ramp_effort *effort)
 {
@@ -263,7 +266,7 @@ static void ramp_level(struct controller *controller, bool stop,
         wait.ticks += wait.ticks / 2 + 1;
         if (wait.ticks > RAMP_LEVEL_WAIT)
             wait =
-                (struct ramp_wait){ 1, wait.jerk_q30 + now.jerk_q30 / 4 + 1 };
+                (struct ramp_wait){ 1, wait.jerk_q30 + now.jerk_q30 / 16 + 1 };
         if (now.accel_q30 <= 0 || wait.jerk_q30 > now.jerk_q30 ||
             effort->looks <= 0)
             return;
@@ -453,7 +456,7 @@ static bool ramp_levels_sooner(const struct controller *controller)
     int64_t ticks = ramp_muldiv(rises_ns, 3, 4) / period_ns;
     if (ticks < least && now.jerk_q30 >= 0 && least < rises_ns / period_ns)
         ticks = least;
-    return ticks >= least &&
+    return least > 0 && ticks >= least &&
            ramp_levels(controller, &none, ticks, stop, &effort, &warp) > 0;
 }
 
