@@ -279,7 +279,7 @@ struct stateful_pressed {
 struct stateful_away {
     int64_t error_q32, vel_q32, demand_q32, t_ns;
     double told_q32; /* the fastest since it was followed last */
-    bool follows, against;
+    bool follows, against, beyond;
     int ticks; /* of the controller since it was enabled */
     int count;
 };

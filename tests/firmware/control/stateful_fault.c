@@ -221,6 +221,14 @@ static bool is_against(const struct stateful *bench, unsigned i,
            (told_q32 < 0) != (away->vel_q32 < 0);
 }
 
+/* Faster than it may be at all, by an eighth; whatever it was told. */
+static bool is_beyond(const struct stateful *bench, unsigned i,
+                      const struct stateful_away *away)
+{
+    const double most_q32 = (double)bench->axis_config[i].limit.vel_q32;
+    return !away->follows && fabs((double)away->vel_q32) > most_q32 * 1.125;
+}
+
 /* In three ticks in a row, each with an answer, the controller has had. */
 static void judge_away(struct stateful *bench, unsigned i)
 {
@@ -239,6 +247,7 @@ static void judge_away(struct stateful *bench, unsigned i)
                             1e9 / (double)bench->controller.config.period_ns;
     away->follows = follows(bench, i, away->error_q32);
     away->against = is_against(bench, i, away, told_q32);
+    away->beyond = is_beyond(bench, i, away);
     away->told_q32 =
         away->follows ? fabs(told_q32) : fmax(fabs(told_q32), before.told_q32);
     const bool is_new = away->t_ns != before.t_ns;
@@ -254,7 +263,8 @@ static void judge_away(struct stateful *bench, unsigned i)
 static bool any_runs_away(const struct stateful *bench)
 {
     for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->axis[i].runaway != 0 || bench->judge.away[i].against)
+        if (bench->axis[i].runaway != 0 || bench->judge.away[i].against ||
+            bench->judge.away[i].beyond)
             return true;
     return false;
 }

@@ -134,8 +134,16 @@ static double steepest_all_along(const struct stateful *bench,
     return fmax(jerk, 0);
 }
 
+/* The r'' that the limits of jerk force on a place which leaves no J > 0, as a J:
+ * without the half of `steepest`. */
+static double forced(const struct stateful *bench, enum stateful_stop_kind kind,
+                     const struct rise *at)
+{
+    return fmin(0, 2 * steepest(bench, kind, at->s_ns_q12, at->r, at->accel));
+}
+
 /* How far the rate rises while r' > 0 is brought to zero by one J, as soon as
- * the limits of jerk leave one. */
+ * the limits of jerk leave one; until then r' rises where they force it to. */
 static double unavoidable(const struct stateful *bench,
                           enum stateful_stop_kind kind,
                           const struct motion_clock_rate *from)
@@ -147,7 +155,7 @@ static double unavoidable(const struct stateful *bench,
         const double jerk = steepest_all_along(bench, kind, &at);
         if (jerk > 0)
             return at.r - from_r + at.accel * at.accel / (2 * jerk);
-        rise_tick(bench, &at, 0);
+        rise_tick(bench, &at, forced(bench, kind, &at));
     }
     return at.r - from_r;
 }
