@@ -239,11 +239,12 @@ enum stateful_stop_kind {
 struct stateful_stop {
     enum stateful_stop_kind kind;
     int64_t requested_ns;
-    int64_t by_ns;  /* at rest then, on clock_ns */
-    double rate;    /* of the path at most */
-    double vel;     /* of the axis that jogs at most, unit/s */
-    bool by_rate;   /* the first counts, else the second */
-    bool by_drives; /* their quick stop has taken over */
+    int64_t by_ns;    /* at rest then, on clock_ns */
+    double rate;      /* of the path at most, */
+    double rate_kept; /* and while the ramp from before the request stays */
+    double vel;       /* of the axis that jogs at most, unit/s */
+    bool by_rate;     /* the first counts, else the second */
+    bool by_drives;   /* their quick stop has taken over */
 };
 
 /* An axis that goes by goals. */

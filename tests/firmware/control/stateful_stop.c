@@ -218,15 +218,27 @@ static bool is_by_clock(const struct stateful *bench,
            kind == STATEFUL_FAULT_STOP;
 }
 
+/* So does what a fault has stopped already, whatever is stopped then. */
+static bool stops_by_clock(const struct stateful *bench,
+                           enum stateful_stop_kind kind)
+{
+    return is_by_clock(bench, kind) ||
+           (bench->controller.reaction != CONTROLLER_REACT_NONE &&
+            bench->judge.stop.by_rate);
+}
+
 /* What an earlier stop has to keep is not forgotten for a later one; but a
- * fault may begin another ramp. */
+ * fault may begin another ramp.  Where no ramp fits its limits the one that is
+ * under way stays, and what that one has to keep. */
 static void keep_stricter(struct stateful_stop *stop,
                           const struct stateful_stop *before)
 {
     if (before->by_ns < stop->by_ns && stop->kind != STATEFUL_FAULT_STOP)
         stop->by_ns = before->by_ns;
-    if (before->by_rate && stop->by_rate)
+    if (before->by_rate && stop->by_rate) {
+        stop->rate_kept = fmax(before->rate, before->rate_kept);
         stop->rate = fmin(stop->rate, before->rate);
+    }
 }
 
 /* From full speed of the slowest axis to brake. */
@@ -250,7 +262,7 @@ static int64_t stop_by_ns(struct stateful *bench, enum stateful_stop_kind kind)
     const struct controller *controller = &bench->controller;
     const int64_t stated_ns = controller->rest_by_ns - controller->clock_ns;
     const double most = SPARE_S + YARDSTICKS * stop_yardstick(bench, kind);
-    if (controller->rest_by_ns == 0 || !is_by_clock(bench, kind))
+    if (controller->rest_by_ns == 0 || !stops_by_clock(bench, kind))
         return bench->clock_ns + (int64_t)(most * 1e9);
     if ((double)stated_ns / 1e9 >
         SPARE_S + YARDSTICKS_STATED * full_yardstick(bench))
@@ -275,6 +287,7 @@ void stateful_stop_requested(struct stateful *bench,
         .kind = kind,
         .requested_ns = bench->clock_ns,
         .by_ns = stop_by_ns(bench, kind),
+        .by_rate = stops_by_clock(bench, kind),
         .rate = (double)from.rate_q30 * 0x1p-30 +
                 rate_allowance(bench, kind, &from),
         .vel = fabs(stateful_vel(bench, axis)) + vel_allowance(bench, axis),
@@ -284,9 +297,6 @@ void stateful_stop_requested(struct stateful *bench,
             stop->by_ns,
             bench->clock_ns + (int64_t)(stateful_goal_rest_s(bench, i) * 1e9));
     bench->tally.stop[kind]++;
-    stop->by_rate =
-        is_by_clock(bench, kind) ||
-        (bench->controller.reaction != CONTROLLER_REACT_NONE && before.by_rate);
     if (before.kind != STATEFUL_GOES)
         keep_stricter(stop, &before);
     /* also from rest READY takes a tick */
@@ -331,6 +341,16 @@ static void judge_brake_takes_over(struct stateful *bench, unsigned axis)
     stop->vel = fabs(stateful_vel(bench, axis)) + vel_allowance(bench, axis);
 }
 
+/* Of the path; more where the ramp in force is older than the request. */
+static double rate_most(const struct stateful *bench)
+{
+    const struct stateful_stop *stop = &bench->judge.stop;
+    const struct motion_clock_warp *warp = &bench->controller.warp;
+    const bool is_kept =
+        warp->rate1_q30 == 0 && warp->t0_ns < stop->requested_ns;
+    return is_kept ? fmax(stop->rate, stop->rate_kept) : stop->rate;
+}
+
 static void judge_faster(struct stateful *bench)
 {
     struct stateful_stop *stop = &bench->judge.stop;
@@ -346,9 +366,9 @@ static void judge_faster(struct stateful *bench)
     if (stop->by_rate && bench->axis_config[axis].by_goals &&
         bench->judge.motion == STATEFUL_JOG)
         return; /* the clock is that of a prediction; see stateful_goal.c */
-    if (stop->by_rate && rate > stop->rate + 0x1p-20)
+    if (stop->by_rate && rate > rate_most(bench) + 0x1p-20)
         stateful_violate(bench, STATEFUL_FASTER, -1, "rate %.4f over %.4f",
-                         rate, stop->rate);
+                         rate, rate_most(bench));
     else if (!stop->by_rate &&
              fabs(stateful_vel(bench, axis)) > stop->vel * (1 + 1e-9))
         stateful_violate(bench, STATEFUL_FASTER, (int)axis,

@@ -638,6 +638,7 @@ static void episodes_of_a_soak_are_as_they_should_be(void **state)
         0x6b07f4cd, 0x6b07f649, 0x6b080c9c, 0x6b0810e7, 0x6b082302, 0x6b08339b,
         0x6b08795b, 0x6b084a51, 0x6b08b328, 0x6b083227, 0x6b094c27, 0x6b09febd,
         0x6b0c30b5, 0x6b0ac8f8, 0x6b0fc877, 0x7d2b816e, 0x6b0dbb9f, 0x6b0ddcec,
+        0x77368025, 0x7736ed9d,
     };
     (void)state;
     for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
