@@ -1,9 +1,9 @@
 /* firmware/host/rig/kind.h - the kinds of drive: one row here, and what is
  * theirs in folders of their own, firmware/host/kind/NAME among them.
  *
- * A row, with the word of a rig file, makes RIG_NAME, and in every layer expects a constant table of what the
- * kind does there: rig_kind_name (here), machine_kind_name, tool_kind_name,
- * verb_kind_name.  docs/DESIGN.md, "To add a kind of drive". */
+ * A row, with the word of a rig file, makes RIG_NAME, and needs a constant table of
+ * what the kind does in every layer: rig_kind_name (here), machine_kind_name,
+ * tool_kind_name, verb_kind_name.  docs/DESIGN.md, "To add a kind of drive". */
 #ifndef FIRMWARE_HOST_RIG_KIND_H
 #define FIRMWARE_HOST_RIG_KIND_H
 
