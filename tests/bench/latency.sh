@@ -4,9 +4,10 @@
 #   SLEW=build/slew SECONDS_LONG=20 tests/bench/latency.sh
 #
 # Both wake every ms for the same time, at priority 40, memory locked, each on a
-# processor of its own where there are two: once while the service stands idle, torque
-# off, and once while it plays a move, again and again.  Its drives are simulated, which is
-# work that real ones do not need.
+# processor of its own where there are two, and then each on the other's, as one
+# processor may be disturbed more than the other: once while the service stands idle,
+# torque off, and once while it plays a move, again and again.  What is compared is the
+# mean of the two.  Its drives are simulated, which is work that real ones do not need.
 set -eu
 long=${SECONDS_LONG:-20}
 command -v cyclictest >/dev/null || {
@@ -41,10 +42,10 @@ figure() # figure NAME: of the service
     tr -d '\t,' <"$dir/status" | sed -n "s/^\"$1\"://p" | head -n 1
 }
 
-up() # up: a service of its own for either measurement
+up() # up PROCESSOR: a service of its own for each measurement
 {
     : >"$dir/begun"
-    "$SLEW" service run --sim --cpu "$last" examples/dolly >"$dir/begun" &
+    "$SLEW" service run --sim --cpu "$1" examples/dolly >"$dir/begun" &
     run=$!
     while [ ! -s "$dir/begun" ]; do
         kill -0 "$run"
@@ -74,23 +75,34 @@ play() # play: there and back without end
     until_state moving
 }
 
-measure() # measure WHAT: the service beside cyclictest
+measure() # measure WHAT PROCESSOR OTHER: the service on one beside cyclictest on the other
 {
-    cyclictest -m -q -t 1 -a 0 -p 40 -i 1000 -D "$long" -h 20000 >"$dir/cyclic"
+    cyclictest -m -q -t 1 -a "$3" -p 40 -i 1000 -D "$long" -h 20000 >"$dir/cyclic"
     until_state "$1"
-    awk -v what="$1" -v a="$(figure late_us_p999)" -v b="$(cyclic)" \
-        -v ticks="$(figure ticks)" -v lost="$(figure ticks_lost)" \
-        -v faults="$(figure page_faults)" 'BEGIN {
-        printf "  %-8s cyclictest %d, slewd %d: ratio %.2f, wanted 1.5 at most; " \
-               "%d ticks, %d lost, %d page faults\n", what, b, a, a / b, ticks, lost, faults }'
+    echo "$(cyclic) $(figure late_us_p999)" >>"$dir/$1"
+    tail -n 1 "$dir/$1" | awk -v what="$1" -v cpu="$2" -v ticks="$(figure ticks)" \
+        -v lost="$(figure ticks_lost)" -v faults="$(figure page_faults)" '{
+        printf "  %-8s slewd on processor %d: cyclictest %d, slewd %d; " \
+               "%d ticks, %d lost, %d page faults\n", what, cpu, $1, $2, ticks, lost, faults }'
     kill "$run"
     wait "$run" || true
     run=
 }
 
+ratio() # ratio WHAT
+{
+    awk -v what="$1" '{ b += $1; a += $2 }
+        END { printf "  %-8s ratio %.2f, wanted 1.5 at most\n", what, a / b }' "$dir/$1"
+}
+
 echo "wake-ups every ms for $long s: all but 1 in 1000 within, us"
-up
-measure off
-up
-play
-measure moving
+for place in "$last 0" "0 $last"; do
+    cpu=${place% *} other=${place#* }
+    up "$cpu"
+    measure off "$cpu" "$other"
+    up "$cpu"
+    play
+    measure moving "$cpu" "$other"
+done
+ratio off
+ratio moving
