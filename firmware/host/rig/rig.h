@@ -228,6 +228,9 @@ struct rig_axis {
 
 /* Without a motor: on no bus, and always where it was told to be. */
 bool rig_axis_is_virtual(const struct rig_axis *axis);
+/* The largest following error that is no fault, at a speed in units/s, Q32.32,
+ * >= 0; INT64_MAX: none is. */
+int64_t rig_axis_following_q32(const struct rig_axis *axis, int64_t speed_q32);
 
 /* Where a CiA 402 axis has what the first axis of its node has there. */
 uint16_t rig_axis_object(const struct rig_axis *axis, uint16_t index);

@@ -75,6 +75,14 @@ static int64_t rig_saturated_product(int64_t a, int64_t num, int64_t den)
                                                                    : INT64_MAX;
 }
 
+int64_t rig_axis_following_q32(const struct rig_axis *axis, int64_t speed_q32)
+{
+    const int64_t by_speed_q32 = rig_saturated_product(
+        speed_q32, axis->following_k_ns, INT64_C(1000000000));
+    return by_speed_q32 > axis->following_floor_q32 ? by_speed_q32
+                                                    : axis->following_floor_q32;
+}
+
 static int64_t rig_nearest_to_zero(const struct plan_limit *limit)
 {
     if (limit->pos_min_q32 > 0)

@@ -10,14 +10,10 @@
 
 static int64_t warning_limit_q32(const struct rig_axis *axis, int64_t vel_q32)
 {
-    const uint64_t speed = motion_fixed_abs(vel_q32);
-    int64_t limit_q32;
-    if (speed > INT64_MAX ||
-        motion_fixed_muldiv((int64_t)speed, axis->following_k_ns,
-                            INT64_C(1000000000), &limit_q32) < 0)
-        return INT64_MAX;
-    return limit_q32 > axis->following_floor_q32 ? limit_q32
-                                                 : axis->following_floor_q32;
+    const uint64_t speed_q32 = motion_fixed_abs(vel_q32);
+    return speed_q32 > INT64_MAX
+               ? INT64_MAX
+               : rig_axis_following_q32(axis, (int64_t)speed_q32);
 }
 
 void following_warning_take(struct following_warning *warning,

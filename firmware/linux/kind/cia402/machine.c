@@ -28,15 +28,9 @@ static uint32_t cia402_counts(const struct rig_axis *axis, int64_t value_q32)
  * rest together, comes first.  0, leave, when it does not fit. */
 static uint32_t cia402_following_counts(const struct rig_axis *axis)
 {
-    int64_t margin_q32;
-    if (motion_fixed_muldiv(axis->limit.vel_q32, axis->following_k_ns,
-                            INT64_C(1000000000), &margin_q32) < 0)
-        return 0;
-    if (margin_q32 < axis->following_floor_q32)
-        margin_q32 = axis->following_floor_q32;
-    if (margin_q32 > INT64_MAX / 2)
-        return 0;
-    return cia402_counts(axis, 2 * margin_q32);
+    const int64_t margin_q32 =
+        rig_axis_following_q32(axis, axis->limit.vel_q32);
+    return margin_q32 > INT64_MAX / 2 ? 0 : cia402_counts(axis, 2 * margin_q32);
 }
 
 /* Two ticks, in whole ms. */
