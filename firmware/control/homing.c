@@ -149,8 +149,8 @@ static void homing_end(struct homing *homing, enum homing_state state)
 {
     homing_release(homing);
     homing->controller->homing = false;
-    homing->mode_requested =
-        false; /* after a fault the controller sees to it */
+    /* after a fault the controller sees to it */
+    homing->mode_requested = false;
     homing->state = state;
 }
 
