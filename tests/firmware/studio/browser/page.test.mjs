@@ -129,35 +129,40 @@ const told = (name, values) =>
   `${name} ${percentile(values, 0.5).toFixed(1)}, ${percentile(values, 0.95).toFixed(1)} ms`;
 
 // In a browser that has started and stands still, which has never seen the page.
-test("a first visit paints within a second", { timeout: 60000, ...timed }, async () => {
-  const own = await launch();
-  const studio = await serve("dolly");
-  try {
-    const still = await own.newPage();
-    await still.goto("about:blank");
-    await still.waitForTimeout(2000);
-    const context = await own.newContext({ viewport: { width: 1280, height: 800 } });
-    const page = await context.newPage();
-    await page.goto(studio.url);
-    await page.waitForFunction(() =>
-      ["first-contentful-paint", "curves"].every(
-        (name) => performance.getEntriesByName(name).length > 0,
-      ),
-    );
-    const [paint, curves] = await page.evaluate(() =>
-      ["first-contentful-paint", "curves"].map(
-        (name) => performance.getEntriesByName(name)[0].startTime,
-      ),
-    );
-    console.log(
-      `# a first visit: first paint after ${Math.round(paint)} ms, curves after ${Math.round(curves)} ms`,
-    );
-    assert.ok(paint < 1000, `first paint: ${paint} ms`);
-  } finally {
-    await own.close();
-    await studio.end();
-  }
-});
+test(
+  "a first visit paints, and shows the curves, within a second",
+  { timeout: 60000, ...timed },
+  async () => {
+    const own = await launch();
+    const studio = await serve("dolly");
+    try {
+      const still = await own.newPage();
+      await still.goto("about:blank");
+      await still.waitForTimeout(2000);
+      const context = await own.newContext({ viewport: { width: 1280, height: 800 } });
+      const page = await context.newPage();
+      await page.goto(studio.url);
+      await page.waitForFunction(() =>
+        ["first-contentful-paint", "curves"].every(
+          (name) => performance.getEntriesByName(name).length > 0,
+        ),
+      );
+      const [paint, curves] = await page.evaluate(() =>
+        ["first-contentful-paint", "curves"].map(
+          (name) => performance.getEntriesByName(name)[0].startTime,
+        ),
+      );
+      console.log(
+        `# a first visit: first paint after ${Math.round(paint)} ms, curves after ${Math.round(curves)} ms`,
+      );
+      assert.ok(paint < 1000, `first paint: ${paint} ms`);
+      assert.ok(curves < 1000, `curves: ${curves} ms`);
+    } finally {
+      await own.close();
+      await studio.end();
+    }
+  },
+);
 
 // A step is from the event of the pointer to the end of the drawing, and of the panels,
 // that show its plan.
