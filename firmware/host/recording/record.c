@@ -13,8 +13,8 @@
 
 _Static_assert(RIG_AXES_MAX + RIG_TRIGGERS_MAX + 2 <= MCAP_WRITER_CHANNELS,
                "a channel for each");
-/* Its messages, and notes: a phase, and an event of each kind of each axis. */
-#define RECORD_ROW_MESSAGES (2 * RIG_AXES_MAX + RIG_TRIGGERS_MAX + 2)
+/* Its messages, and notes: a phase, and of each axis its events and a warning. */
+#define RECORD_ROW_MESSAGES (3 * RIG_AXES_MAX + RIG_TRIGGERS_MAX + 2)
 _Static_assert(RECORD_ROW_MESSAGES *(RECORD_MESSAGE_MAX + MCAP_MESSAGE_HEAD) <=
                    MCAP_CHUNK_BYTES,
                "a row fits a chunk");
@@ -97,6 +97,8 @@ void record_init(struct record *record, FILE *file, const struct rig *rig,
         .epoch_ns = epoch_ns,
         .events =
             memory_new((size_t)rig->axis_count + 1, sizeof *record->events),
+        .warning =
+            memory_new((size_t)rig->axis_count + 1, sizeof *record->warning),
     };
     mcap_writer_begin(writer, file, library);
     record->run = mcap_writer_channel(
@@ -113,7 +115,9 @@ void record_free(struct record *record)
 {
     mcap_writer_free(&record->writer);
     memory_free(record->events);
+    memory_free(record->warning);
     record->events = NULL;
+    record->warning = NULL;
 }
 
 void record_attach(struct record *record, const char *name, const void *data,
@@ -205,8 +209,23 @@ static void record_events(struct record *record,
         record_note(record, row->t_ns, RECORD_WARNING, text);
 }
 
+/* What was there before the first row is not of this recording. */
+static void record_warning(struct record *record,
+                           const struct telemetry_row *row, uint32_t i)
+{
+    const struct warning *newest = &row->axis[i].warning;
+    char text[WARNING_TEXT_MAX];
+    if (record->begun && newest->number != record->warning[i]) {
+        warning_text(newest, &record->rig->axis[i], text);
+        record_note(record, row->t_ns, RECORD_WARNING, text);
+    }
+    record->warning[i] = newest->number;
+}
+
 static void record_notes(struct record *record, const struct telemetry_row *row)
 {
+    for (uint32_t i = 0; i < record->rig->axis_count; i++)
+        record_warning(record, row, i);
     if (!record->begun || row->phase != record->phase)
         record_note(record, row->t_ns, RECORD_INFO,
                     telemetry_phase_text(row->phase));

@@ -4,7 +4,7 @@
  *   /run         phase, state, place on the path, lateness of the tick
  *   /axes/NAME   the numbers and the statusword of telemetry.h
  *   /shots/NAME  what a trigger line fired
- *   /log         phases, events of the drives, faults (foxglove.Log)
+ *   /log         phases, events of the drives, warnings, faults (foxglove.Log)
  *
  * All messages are JSON and have the time of their tick.  Rows of one second at
  * most are handed over together, whole or not at all; what cannot be written is
@@ -44,6 +44,7 @@ struct record {
     bool begun;
     enum telemetry_phase phase;      /* of the row before */
     struct hal_drive_events *events; /* of each axis; on the heap */
+    uint32_t *warning;               /* number of the newest; likewise */
 };
 
 /* Header, schemas and channels; all zero before, record_free in the end. */

@@ -21,6 +21,7 @@
 
 #include "firmware/host/base/files.h"
 #include "firmware/host/recording/rows.h"
+#include "firmware/host/recording/warning.h"
 #include "firmware/host/rig/rig.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/track.h"
@@ -50,6 +51,7 @@ struct telemetry_axis {
     uint16_t statusword;
     unsigned goals; /* reached since the start; not in the file */
     struct hal_drive_events events; /* so far; not in the file */
+    struct warning warning;         /* the newest; not in the file */
 };
 
 /* The numbers of one axis, in the order of the file.  Twelve decimals are more

@@ -217,6 +217,7 @@ static void machine_storage(struct machine *machine, const struct rig *rig)
     CAPACITY(axis_state, axes);
     CAPACITY(playback_axis, axes);
     CAPACITY(switches, axes);
+    CAPACITY(warnings, axes);
     CAPACITY(homing_config, axes);
     CAPACITY(input, rig->line_count);
 #undef CAPACITY
@@ -319,11 +320,19 @@ static void machine_light(struct machine *machine)
             (void)hal_gpio_set(machine->ports.line[i], lit);
 }
 
+static void machine_warn(struct machine *machine)
+{
+    for (unsigned i = 0; i < machine->rig->axis_count; i++)
+        machine_warnings_step(&machine->warnings[i], &machine->rig->axis[i],
+                              &machine->controller.axis[i]);
+}
+
 void machine_tick(struct machine *machine, int64_t now_ns)
 {
     const struct hal_fieldbus_worst worst = machine_begin(machine, now_ns);
     machine_read_inputs(machine, now_ns);
     controller_step(&machine->controller, now_ns, worst);
+    machine_warn(machine);
     controller_jog_step(&machine->controller, &machine->jog);
     homing_step(&machine->homing);
     playback_step(&machine->playback);

@@ -16,6 +16,7 @@
 #include "firmware/control/trigger.h"
 #include "firmware/host/rig/rig.h"
 #include "firmware/linux/machine/guardian.h"
+#include "firmware/linux/machine/warnings.h"
 #include "hal/can.h"
 #include "hal/can/bus.h"
 #include "hal/canopen/canopen.h"
@@ -60,6 +61,7 @@ struct machine {
     struct controller_axis *axis_state;
     struct controller_switches *switches;
     struct homing_config *homing_config;
+    struct machine_warnings *warnings;
     struct gpio_debounce *input; /* of lines that are inputs */
     bool lit;                    /* the lamps */
     uint64_t powered; /* a bit per axis that may have torque: it has had it, or

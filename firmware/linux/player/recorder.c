@@ -67,6 +67,7 @@ void recorder_look(struct telemetry_row *row, const struct machine *machine)
             .following_q32 = axis->following_q32,
             .goals = axis->leg.at,
             .events = axis->feedback.events,
+            .warning = machine->warnings[i].newest,
         };
         (void)machine_statusword(machine, i, &row->axis[i].statusword);
         recorder_add_jerk(row, machine, i);

@@ -82,8 +82,7 @@ void report_take(struct report *report, const struct telemetry_row *row)
     for (unsigned i = 0; i < report->job->move.axis_count; i++) {
         const struct telemetry_axis *at = &row->axis[report->job->rig_axis[i]];
         report->axis[i].events = at->events;
-        following_warning_take(&report->axis[i].warning,
-                               job_rig_axis(report->job, i), at, row->t_ns);
+        report_warning_take(&report->axis[i].warnings, &at->warning, row->t_ns);
     }
     if (!report->started)
         report->start_ns = row->t_ns; /* started right after this tick */
@@ -351,8 +350,8 @@ void report_print(const struct report *report, FILE *file)
     report_torque(report, file);
     for (unsigned i = 0; i < report->job->move.axis_count; i++) {
         report_events(report, i, file);
-        following_warning_print(&report->axis[i].warning,
-                                job_rig_axis(report->job, i), file);
+        report_warning_print(&report->axis[i].warnings,
+                             job_rig_axis(report->job, i), file);
     }
     report_clock(report, file);
     if (report->rows_dropped > 0)
@@ -421,7 +420,7 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
         arrivals_json(report->arrivals, i, item);
     json_add_fixed(item, "end_error", report_end_error(report, i), 32);
     report_json_events(item, axis);
-    following_warning_json(&axis->warning, item);
+    report_warning_json(&axis->warnings, item);
     return item;
 }
 

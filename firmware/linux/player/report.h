@@ -14,7 +14,7 @@
 #include "firmware/host/job/job.h"
 #include "firmware/host/recording/telemetry.h"
 #include "firmware/linux/machine/machine.h"
-#include "firmware/linux/player/following_warning.h"
+#include "firmware/linux/player/report_warning.h"
 
 struct arrivals;
 struct loads;
@@ -29,7 +29,7 @@ struct report_axis {
     int64_t dur_ns;  /* from the start until the axis was at its end */
     bool arrived;
     struct hal_drive_events events;
-    struct following_warning warning;
+    struct report_warnings warnings;
 };
 
 enum report_end {

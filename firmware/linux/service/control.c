@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "motion/core/err.h"
 
@@ -94,6 +95,21 @@ static void control_answer(struct service_control *control)
     service_command_answer(control, &entry);
 }
 
+static void control_warning(const struct service_control *control,
+                            const struct service_event *event, cJSON *object)
+{
+    const struct rig_axis *axis = &control->rig->axis[event->axis];
+    const struct warning *warning = &event->warning;
+    char text[WARNING_TEXT_MAX];
+    warning_text(warning, axis, text);
+    cJSON_AddStringToObject(object, "axis", axis->name);
+    cJSON_AddStringToObject(object, "code", warning_word(warning->kind));
+    json_add_fixed(object, "value", warning->value_q32, 32);
+    json_add_fixed(object, "limit", warning->limit_q32, 32);
+    cJSON_AddStringToObject(object, "unit", warning_unit(warning->kind, axis));
+    cJSON_AddStringToObject(object, "text", text);
+}
+
 static void control_event(struct service_control *control,
                           const struct service_event *event)
 {
@@ -102,6 +118,7 @@ static void control_event(struct service_control *control,
         [SERVICE_EVENT_FAULT] = "fault",
         [SERVICE_EVENT_HOMING] = "homing",
         [SERVICE_EVENT_LOST] = "ticks lost",
+        [SERVICE_EVENT_WARNING] = "warning",
     };
     cJSON *object = service_event_object(name[event->kind], event->now_ns);
     cJSON_AddStringToObject(object, "state",
@@ -115,6 +132,8 @@ static void control_event(struct service_control *control,
         cJSON_AddBoolToObject(object, "done", event->text[0] == '\0');
     if (event->text[0] != '\0')
         cJSON_AddStringToObject(object, "text", event->text);
+    if (event->kind == SERVICE_EVENT_WARNING)
+        control_warning(control, event, object);
     if (event->kind == SERVICE_EVENT_FAULT)
         service_record_fault(control, event->text);
     service_tell_all(control, object);

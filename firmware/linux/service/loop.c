@@ -29,6 +29,8 @@ void service_loop_init(struct service_loop *loop, struct machine *machine,
     mailbox_init(&loop->mailbox);
     service_board_init(&loop->board, machine->rig, &loop->memory);
     machine_view_init(&loop->view, machine->rig, &loop->memory);
+    loop->warned = memory_pool_new(&loop->memory, machine->rig->axis_count,
+                                   sizeof *loop->warned);
 }
 
 void service_loop_free(struct service_loop *loop)
@@ -83,12 +85,30 @@ static void loop_say(struct service_loop *loop, enum service_event_kind kind)
     service_board_put(&loop->board, &event);
 }
 
+static void loop_say_warnings(struct service_loop *loop)
+{
+    for (unsigned i = 0; i < loop->machine->rig->axis_count; i++) {
+        const struct warning *newest = &loop->machine->warnings[i].newest;
+        const struct service_event event = {
+            .kind = SERVICE_EVENT_WARNING,
+            .now_ns = loop->now_ns,
+            .state = loop->machine->controller.state,
+            .axis = i,
+            .warning = *newest,
+        };
+        if (newest->number != loop->warned[i])
+            service_board_put(&loop->board, &event);
+        loop->warned[i] = newest->number;
+    }
+}
+
 static void loop_say_events(struct service_loop *loop)
 {
     const struct controller *controller = &loop->machine->controller;
     const bool homing = homing_is_running(&loop->machine->homing);
     if (controller->state != loop->state)
         loop_say(loop, SERVICE_EVENT_STATE);
+    loop_say_warnings(loop);
     if (controller->fault.fault != loop->fault &&
         controller->fault.fault != CONTROLLER_FAULT_NONE)
         loop_say(loop, SERVICE_EVENT_FAULT);

@@ -76,6 +76,7 @@ struct service_loop {
     enum controller_state state;
     enum controller_fault fault;
     bool homing;
+    uint32_t *warned; /* of each axis: number of the newest warning */
     struct service_shoot shoot;
     struct service_follow follow;
     int64_t viewed_ns; /* buses and lines, the last time */

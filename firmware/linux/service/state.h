@@ -42,10 +42,11 @@ struct service_state {
 };
 
 enum service_event_kind {
-    SERVICE_EVENT_STATE,  /* the controller's state has changed */
-    SERVICE_EVENT_FAULT,  /* text: what it is */
-    SERVICE_EVENT_HOMING, /* it is over; text: why it failed, or "" */
-    SERVICE_EVENT_LOST,   /* ticks were lost: count */
+    SERVICE_EVENT_STATE,   /* the controller's state has changed */
+    SERVICE_EVENT_FAULT,   /* text: what it is */
+    SERVICE_EVENT_HOMING,  /* it is over; text: why it failed, or "" */
+    SERVICE_EVENT_LOST,    /* ticks were lost: count */
+    SERVICE_EVENT_WARNING, /* of an axis; text: what it is */
 };
 
 struct service_event {
@@ -54,6 +55,8 @@ struct service_event {
     enum controller_state state;
     enum controller_fault fault;
     uint64_t count;
+    unsigned axis; /* WARNING: of the rig */
+    struct warning warning;
     char text[SERVICE_FAULT_MAX];
 };
 

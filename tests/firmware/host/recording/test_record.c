@@ -64,6 +64,12 @@ static struct telemetry_row any_row(int i)
         axis[a].events = (struct hal_drive_events){ .emergency_code = 0 };
         if (a == 1 && i >= 700)
             axis[a].events.count[0] = 2;
+        axis[a].warning = (struct warning){
+            .number = a == 0 && i >= 650 ? 2 : 1,
+            .kind = WARNING_FOLLOWING,
+            .value_q32 = (int64_t)3 << 30,
+            .limit_q32 = (int64_t)1 << 32,
+        };
     }
     shot[0] = (struct telemetry_shot){ .number = i % 97 == 0 ? (uint32_t)i : 0,
                                        .t_ns = i % 97 == 0 ? 1000 * i : 0 };
@@ -192,10 +198,14 @@ static void rows_read_back_as_they_were_written(void **state)
     assert_int_equal(file.rig.axis_count, 2);
     assert_string_equal(file.rig.axis[1].name, "pan");
     assert_int_equal(file.rig.axis[1].unit, UNITS_AXIS_DEG);
-    /* five phases, and the two events of pan */
-    assert_int_equal(seen.notes, 6);
+    /* five phases, the warning of dolly that came meanwhile, and the two events
+     * of pan */
+    assert_int_equal(seen.notes, 7);
     assert_string_equal(seen.note[0], "enabling drives");
-    assert_memory_equal(seen.note[1], "pan, ", 5);
+    assert_string_equal(seen.note[1],
+                        "dolly: following error over half of its limit, 0.75 "
+                        "of 1 mm");
+    assert_memory_equal(seen.note[2], "pan, ", 5);
     record_file_free(&file);
 }
 

@@ -141,7 +141,7 @@ static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
     assert_int_equal(bench.report.ticks_lost, 0);
     assert_false(trace.warped);
     for (unsigned i = 0; i < bench.job.move.axis_count; i++)
-        assert_int_equal(bench.report.axis[i].warning.count, 0);
+        assert_int_equal(bench.report.axis[i].warnings.number, 0);
     for (unsigned i = 0; i < bench.job.rig.bus_count; i++) {
         struct budget budget;
         budget_of(&bench.job.rig, i, &bench.job, &budget);

@@ -179,6 +179,74 @@ static void a_writer_that_hangs_costs_rows(void **state)
     record_file_free(&file);
 }
 
+static unsigned warnings_noted;
+static void take_warning(void *context, int64_t t_ns, enum record_level level,
+                         const char *text)
+{
+    (void)context;
+    (void)t_ns;
+    if (level != RECORD_WARNING)
+        return;
+    warnings_noted++;
+    assert_non_null(
+        strstr(text, "pan: following error over half of its limit, "));
+}
+
+static void take_row(void *context, const struct telemetry_row *row)
+{
+    (void)context;
+    (void)row;
+}
+
+/* Every line that a client was sent so far. */
+static unsigned count_events(int file, const char *part)
+{
+    static char text[262144];
+    unsigned count = 0;
+    const ssize_t got = recv(file, text, sizeof text - 1, 0);
+    text[got > 0 ? got : 0] = '\0';
+    for (const char *at = text; (at = strstr(at, part)) != NULL; at++)
+        count++;
+    return count;
+}
+
+/* Whatever the axis lags by in a jog is over half of the limit that is judged
+ * for warnings here; the controller's own is not. */
+static void a_warning_is_an_event_and_in_the_recording(void **state)
+{
+    struct controller *controller = &bench.machine.controller;
+    const struct controller_jog_goal goal = { .axis = 0,
+                                              .vel_q32 = (int64_t)30 << 32,
+                                              .pos_q32 = (int64_t)60 << 32 };
+    const struct record_taker taker = { take_row, take_warning, NULL };
+    char path[128], message[YAML_MESSAGE_MAX];
+    struct record_file file;
+    (void)state;
+    const int client = service_bench_connect(&bench);
+    assert_true(client >= 0);
+    tick(10);
+    assert_int_equal(start("warned.mcap"), MOTION_OK);
+    assert_int_equal(controller_enable(controller), MOTION_OK);
+    tick(1000);
+    assert_int_equal(controller->state, CONTROLLER_READY);
+    bench.rig.axis[0].following_floor_q32 = 2;
+    bench.rig.axis[0].following_k_ns = 0;
+    assert_int_equal(controller_jog(controller, &bench.machine.jog, &goal),
+                     MOTION_OK);
+    tick(300);
+    assert_int_equal(controller->state, CONTROLLER_MOVING);
+    stop();
+    const unsigned told = bench.machine.warnings[0].newest.number;
+    assert_true(told > 0);
+    assert_int_equal(count_events(client, "\"event\":\"warning\""), told);
+    snprintf(path, sizeof path, "%s/warned.mcap", bench.directory);
+    assert_int_equal(
+        record_read(&file, &disk_files, path, &bench.rig, &taker, message), 0);
+    assert_int_equal(warnings_noted, told);
+    record_file_free(&file);
+    close(client);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -190,6 +258,8 @@ int main(void)
             only_new_files_of_its_directory_are_written, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_writer_that_hangs_costs_rows, set_up,
                                         tear_down),
+        cmocka_unit_test_setup_teardown(
+            a_warning_is_an_event_and_in_the_recording, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

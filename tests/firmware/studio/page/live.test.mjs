@@ -11,6 +11,7 @@ import {
   takeFromCsv,
   takeToCsv,
 } from "../../../../firmware/studio/web/live/trail.js";
+import { Machine } from "../../../../firmware/studio/web/live/machine.js";
 import { random } from "./random.mjs";
 
 const q32 = (value) => BigInt(Math.round(value * 2 ** 20)) << 12n;
@@ -296,4 +297,22 @@ test("every fault of the controller has its advice, and there are no others", ()
   assert.ok(codes.length > 10);
   assert.deepEqual(Object.keys(advices).sort(), codes.filter((code) => code !== "NONE").sort());
   assert.match(adviceFor("ESTOP"), /Release/);
+});
+
+test("a warning of an axis is said on the page", () => {
+  const said = [];
+  let socket;
+  class Socket {
+    constructor() {
+      socket = this;
+    }
+    send() {}
+    close() {}
+  }
+  const machine = new Machine("ws://machine", (text, isError) => said.push([text, isError]), Socket);
+  machine.start();
+  const event = { event: "warning", axis: "pan", code: "following_error", text: "pan: close" };
+  socket.onmessage({ data: JSON.stringify(event) });
+  machine.end();
+  assert.deepEqual(said, [["Warning: pan: close", true]]);
 });

@@ -1,0 +1,42 @@
+/* firmware/host/recording/warning.h - what an axis warns of: it stops nothing.
+ *
+ * Detected at each tick (firmware/linux/machine/warnings.h), one at most per
+ * axis and tick; each begins once and lasts until its value is well away from
+ * the limit again.  Rows of telemetry carry the newest, by its number; the report,
+ * recordings and a service tell of it. */
+#ifndef FIRMWARE_HOST_RECORDING_WARNING_H
+#define FIRMWARE_HOST_RECORDING_WARNING_H
+
+#include <stdint.h>
+
+#include "firmware/host/rig/rig.h"
+
+/* X(name, words, word for programs) */
+#define WARNING_LIST(X)                                                        \
+    X(WARNING_FOLLOWING, "following error over half of its limit",             \
+      "following_error")
+
+enum warning_kind {
+#define WARNING_ENUM(name, words, word) name,
+    WARNING_LIST(WARNING_ENUM)
+#undef WARNING_ENUM
+        WARNING_KINDS
+};
+/* "following error over half of its limit"; "following_error". */
+const char *warning_words(enum warning_kind kind);
+const char *warning_word(enum warning_kind kind);
+/* Of its value and limit: the unit of the axis, where it is of its motion. */
+const char *warning_unit(enum warning_kind kind, const struct rig_axis *axis);
+
+struct warning {
+    uint32_t number; /* of the axis, from 1; 0: there was none */
+    enum warning_kind kind;
+    int64_t value_q32, limit_q32; /* as it began */
+};
+
+/* "pan: following error over half of its limit, 0.26 of 0.5 deg". */
+#define WARNING_TEXT_MAX 160
+void warning_text(const struct warning *warning, const struct rig_axis *axis,
+                  char text[WARNING_TEXT_MAX]);
+
+#endif

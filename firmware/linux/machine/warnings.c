@@ -1,0 +1,55 @@
+/* firmware/linux/machine/warnings.c - see warnings.h. */
+#include "firmware/linux/machine/warnings.h"
+
+#include "motion/core/fixed.h"
+
+/* Where it is now: at least so far for a warning to begin, below that far for it
+ * to be over. */
+struct warnings_level {
+    int64_t value_q32, limit_q32;
+    bool is_over, is_below;
+};
+
+static struct warnings_level
+warnings_following(const struct rig_axis *rig,
+                   const struct controller_axis *axis)
+{
+    const uint64_t speed_q32 = motion_fixed_abs(axis->target.vel_q32);
+    const uint64_t off_q32 = motion_fixed_abs(axis->following_q32);
+    const int64_t limit_q32 =
+        speed_q32 > INT64_MAX ? INT64_MAX
+                              : rig_axis_following_q32(rig, (int64_t)speed_q32);
+    return (struct warnings_level){
+        .value_q32 = axis->following_q32,
+        .limit_q32 = limit_q32,
+        .is_over = off_q32 > (uint64_t)limit_q32 / 2,
+        .is_below = off_q32 < (uint64_t)limit_q32 / 8 * 3,
+    };
+}
+
+/* True: it begins. */
+static bool warnings_take(struct machine_warnings *warnings,
+                          enum warning_kind kind,
+                          const struct warnings_level *level)
+{
+    if (level->is_below)
+        warnings->is_on[kind] = false;
+    if (!level->is_over || warnings->is_on[kind])
+        return false;
+    warnings->is_on[kind] = true;
+    warnings->newest = (struct warning){
+        .number = warnings->newest.number + 1,
+        .kind = kind,
+        .value_q32 = level->value_q32,
+        .limit_q32 = level->limit_q32,
+    };
+    return true;
+}
+
+void machine_warnings_step(struct machine_warnings *warnings,
+                           const struct rig_axis *rig,
+                           const struct controller_axis *axis)
+{
+    const struct warnings_level following = warnings_following(rig, axis);
+    (void)warnings_take(warnings, WARNING_FOLLOWING, &following);
+}

@@ -1,0 +1,26 @@
+/* firmware/linux/machine/warnings.h - which warnings an axis begins at a tick;
+ * see firmware/host/recording/warning.h.
+ *
+ * A following error of more than half of its limit is one until it is below
+ * three eighths of it again.  The limit grows with the speed that the axis is
+ * told (see controller_axis_config). */
+#ifndef FIRMWARE_LINUX_MACHINE_WARNINGS_H
+#define FIRMWARE_LINUX_MACHINE_WARNINGS_H
+
+#include <stdbool.h>
+
+#include "firmware/control/controller.h"
+#include "firmware/host/recording/warning.h"
+
+/* Of one axis; all zero: none yet. */
+struct machine_warnings {
+    struct warning newest;
+    bool is_on[WARNING_KINDS];
+};
+
+/* After a tick of the controller. */
+void machine_warnings_step(struct machine_warnings *warnings,
+                           const struct rig_axis *rig,
+                           const struct controller_axis *axis);
+
+#endif
