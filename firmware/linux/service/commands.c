@@ -81,6 +81,13 @@ static void command_status(const struct command_line *line)
     command_line_answer(line->client, object);
 }
 
+static void command_latency(const struct command_line *line)
+{
+    cJSON *object = command_line_object(line->id, true);
+    service_report_latency(line->control, object);
+    command_line_answer(line->client, object);
+}
+
 static void command_stream(const struct command_line *line)
 {
     double rate;
@@ -291,6 +298,7 @@ static const struct {
 } command_row[] = {
     { "hello", false, command_hello },
     { "status", false, command_status },
+    { "latency", false, command_latency },
     { "stream", false, command_stream },
     { "stop", false, command_stop },
     { "take", false, command_take },

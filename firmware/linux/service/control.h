@@ -105,5 +105,8 @@ void service_report_machine(const struct service_control *control,
 /* And what the service is: versions, rig, axes, figures of the tick. */
 void service_report_hello(const struct service_control *control, cJSON *object);
 void service_report_tick(const struct service_control *control, cJSON *object);
+/* Those, and how often a tick was how late. */
+void service_report_latency(const struct service_control *control,
+                            cJSON *object);
 
 #endif

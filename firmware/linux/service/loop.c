@@ -373,11 +373,8 @@ static void loop_wait(struct service_loop *loop)
     loop->now_ns =
         pace_wait(loop->machine->ports.clock, loop->now_ns + period_ns,
                   period_ns, &loop->late_ns);
-    const int64_t us = loop->late_ns / 1000;
     _Atomic uint32_t *count =
-        &loop->board.late_us[us < 0                 ? 0
-                             : us < SERVICE_LATE_US ? us
-                                                    : SERVICE_LATE_US];
+        &loop->board.late[service_late_bin(loop->late_ns / 1000)];
     atomic_store_explicit(count,
                           atomic_load_explicit(count, memory_order_relaxed) + 1,
                           memory_order_relaxed);

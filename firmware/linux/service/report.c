@@ -96,15 +96,15 @@ void service_report_machine(const struct service_control *control,
     report_homing(control, object);
 }
 
-/* All but `permille` of the wake-ups were at most so late, whole us. */
+/* All but so many per mille of the wake-ups were earlier than this, whole us. */
 static unsigned report_late_us(const struct service_board *board, uint64_t all,
                                unsigned per_mille)
 {
     uint64_t later = 0;
-    for (unsigned i = SERVICE_LATE_US; i > 0; i--) {
-        later += board->late_us[i];
+    for (unsigned i = SERVICE_LATE_BINS - 1; i > 0; i--) {
+        later += board->late[i];
         if (later * 1000 > all * per_mille)
-            return i + 1;
+            return service_late_us(i + 1);
     }
     return 1;
 }
@@ -114,8 +114,8 @@ void service_report_tick(const struct service_control *control, cJSON *object)
     const struct service_state *state = control->state;
     const struct service_board *board = &control->loop->board;
     uint64_t all = 0;
-    for (unsigned i = 0; i <= SERVICE_LATE_US; i++)
-        all += board->late_us[i];
+    for (unsigned i = 0; i < SERVICE_LATE_BINS; i++)
+        all += board->late[i];
     json_add_integer(object, "period_ns", control->rig->period_ns);
     json_add_integer(object, "ticks", (int64_t)state->ticks);
     json_add_integer(object, "ticks_lost", (int64_t)state->ticks_lost);
@@ -128,6 +128,23 @@ void service_report_tick(const struct service_control *control, cJSON *object)
                             (double)state->late_most_ns / 1e3);
     cJSON_AddBoolToObject(object, "real_time", control->loop->refused == 0);
     cJSON_AddBoolToObject(object, "memory_locked", control->is_locked);
+}
+
+void service_report_latency(const struct service_control *control,
+                            cJSON *object)
+{
+    const struct service_board *board = &control->loop->board;
+    cJSON *list = cJSON_AddArrayToObject(object, "late_us");
+    service_report_tick(control, object);
+    for (unsigned i = 0; i < SERVICE_LATE_BINS; i++) {
+        const uint32_t count = board->late[i];
+        if (count == 0)
+            continue;
+        cJSON *bin = cJSON_CreateArray();
+        cJSON_AddItemToArray(bin, cJSON_CreateNumber(service_late_us(i)));
+        cJSON_AddItemToArray(bin, cJSON_CreateNumber(count));
+        cJSON_AddItemToArray(list, bin);
+    }
 }
 
 static cJSON *report_rig_axis(const struct rig_axis *axis)

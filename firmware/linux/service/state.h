@@ -15,8 +15,16 @@
 #include "firmware/linux/machine/view.h"
 
 #define SERVICE_FAULT_MAX 200
-#define SERVICE_EVENTS    64   /* a power of 2 */
-#define SERVICE_LATE_US   2000 /* wake-ups by whole us; the last: and above */
+#define SERVICE_EVENTS    64 /* a power of 2 */
+
+/* Wake-ups are counted by how late they were: by whole us below the first, by
+ * so many us from there on, and those of the last and later together. */
+#define SERVICE_LATE_FINE_US 2000
+#define SERVICE_LATE_STEP_US 100
+#define SERVICE_LATE_MOST_US 20000
+#define SERVICE_LATE_BINS                                                      \
+    (SERVICE_LATE_FINE_US + 1 +                                                \
+     (SERVICE_LATE_MOST_US - SERVICE_LATE_FINE_US) / SERVICE_LATE_STEP_US)
 
 struct service_state {
     int64_t now_ns; /* nominal time of the tick, CLOCK_MONOTONIC */
@@ -67,8 +75,27 @@ struct service_board {
     struct service_event event[SERVICE_EVENTS];
     _Atomic uint32_t put, taken;
     _Atomic uint32_t events_lost;
-    _Atomic uint32_t late_us[SERVICE_LATE_US + 1]; /* how often */
+    _Atomic uint32_t late[SERVICE_LATE_BINS]; /* how often */
 };
+
+/* The bin of a wake-up, and the least us of a bin. */
+static inline unsigned service_late_bin(int64_t us)
+{
+    if (us < SERVICE_LATE_FINE_US)
+        return us < 0 ? 0 : (unsigned)us;
+    if (us >= SERVICE_LATE_MOST_US)
+        return SERVICE_LATE_BINS - 1;
+    return SERVICE_LATE_FINE_US +
+           (unsigned)(us - SERVICE_LATE_FINE_US) / SERVICE_LATE_STEP_US;
+}
+
+static inline unsigned service_late_us(unsigned bin)
+{
+    return bin < SERVICE_LATE_FINE_US
+               ? bin
+               : SERVICE_LATE_FINE_US +
+                     (bin - SERVICE_LATE_FINE_US) * SERVICE_LATE_STEP_US;
+}
 
 #define SERVICE_FRESH 4u
 

@@ -130,7 +130,7 @@ static void the_session_of_the_document_is_as_it_stands_there(void **state)
         "hello",  "status",  "stream",  "stop",     "take",    "renew",
         "enable", "off",     "reset",   "home",     "check",   "load",
         "start",  "hold",    "resume",  "approach", "reverse", "override",
-        "jog",    "capture", "release", "jog stop",
+        "jog",    "capture", "release", "jog stop", "latency",
     };
     static char line[2048];
     bool seen[ARRAY_LEN(commands)] = { false };
@@ -186,6 +186,45 @@ static void who_never_reads_is_told_what_was_left_out(void **state)
     close(deaf);
 }
 
+/* In virtual time nothing is late: what is counted here is put there. */
+static void wake_ups_are_counted_by_how_late_they_were(void **state)
+{
+    static const struct {
+        int64_t late_us;
+        double bin_us;
+    } row[] = {
+        { 1, 1 },         { 1999, 1999 },   { 2000, 2000 },
+        { 2099, 2000 },   { 2100, 2100 },   { 19999, 19900 },
+        { 20000, 20000 }, { 99000, 20000 }, { INT64_MAX / 1000, 20000 },
+    };
+    const int file = service_bench_connect(&bench);
+    double last = -1, found = 0;
+    const cJSON *bin;
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(row); i++) {
+        const unsigned at = service_late_bin(row[i].late_us);
+        bench.loop.board.late[at]++;
+        assert_true(service_late_us(at) == row[i].bin_us);
+    }
+    assert_int_equal(service_late_bin(-1), 0);
+    for (int i = 0; i < 20; i++)
+        service_bench_tick(&bench);
+    send_line(file, "{\"command\":\"latency\"}");
+    cJSON *answer = next_with(file, "late_us");
+    cJSON_ArrayForEach(bin, cJSON_GetObjectItem(answer, "late_us"))
+    {
+        const double us = cJSON_GetNumberValue(cJSON_GetArrayItem(bin, 0));
+        assert_true(us > last);
+        last = us;
+        found += us > 0 ? cJSON_GetNumberValue(cJSON_GetArrayItem(bin, 1)) : 0;
+    }
+    assert_true(found == ARRAY_LEN(row) && last == SERVICE_LATE_MOST_US);
+    assert_true(cJSON_GetNumberValue(
+                    cJSON_GetObjectItem(answer, "late_us_p999")) >= last);
+    cJSON_Delete(answer);
+    close(file);
+}
+
 #define API_TEST(claim) cmocka_unit_test_setup_teardown(claim, up, down)
 
 int main(void)
@@ -193,6 +232,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         API_TEST(the_session_of_the_document_is_as_it_stands_there),
         API_TEST(who_never_reads_is_told_what_was_left_out),
+        API_TEST(wake_ups_are_counted_by_how_late_they_were),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

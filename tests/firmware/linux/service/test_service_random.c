@@ -335,15 +335,16 @@ static const struct {
     unsigned weight;
     bool held; /* for who has control */
 } row[] = {
-    { "hello", 1, false }, { "status", 1, false },  { "stream", 1, false },
-    { "stop", 1, false },  { "take", 3, false },    { "dance", 1, false },
-    { "renew", 1, true },  { "release", 1, true },  { "enable", 6, true },
-    { "off", 1, true },    { "reset", 2, true },    { "home", 3, true },
-    { "check", 1, true },  { "load", 3, true },     { "approach", 4, true },
-    { "go", 2, true },     { "start", 5, true },    { "hold", 3, true },
-    { "resume", 3, true }, { "reverse", 3, true },  { "override", 3, true },
-    { "jog", 8, true },    { "jog stop", 2, true }, { "capture", 1, true },
-    { "gear", 2, true },   { "cam", 1, true },      { "uncouple", 2, true },
+    { "hello", 1, false },   { "status", 1, false },  { "stream", 1, false },
+    { "stop", 1, false },    { "take", 3, false },    { "dance", 1, false },
+    { "renew", 1, true },    { "release", 1, true },  { "enable", 6, true },
+    { "off", 1, true },      { "reset", 2, true },    { "home", 3, true },
+    { "check", 1, true },    { "load", 3, true },     { "approach", 4, true },
+    { "go", 2, true },       { "start", 5, true },    { "hold", 3, true },
+    { "resume", 3, true },   { "reverse", 3, true },  { "override", 3, true },
+    { "jog", 8, true },      { "jog stop", 2, true }, { "capture", 1, true },
+    { "gear", 2, true },     { "cam", 1, true },      { "uncouple", 2, true },
+    { "latency", 1, false },
 };
 
 static unsigned pick(void)
