@@ -2,7 +2,7 @@
  * table, and the tool on its flange. */
 #include <math.h>
 
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/rig/rig_kinematics.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/rig/plan_arm.h"
@@ -81,7 +81,7 @@ static const struct yaml_field rig_link_fields[] = {
       rig_read_link_angle, offsetof(struct rig_link, joint.theta_deg_q32) },
     { "offset", YAML_OPTIONAL, "where the joint is when the axis is at 0",
       rig_read_link_offset, offsetof(struct rig_link, map.offset_q32) },
-    { "reversed", YAML_OPTIONAL, "yes or no", rig_read_yes,
+    { "reversed", YAML_OPTIONAL, "yes or no", yaml_read_bool,
       offsetof(struct rig_link, map.is_reversed) },
 };
 const struct yaml_shape rig_link_shape = { "link", rig_link_fields,

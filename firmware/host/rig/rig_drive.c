@@ -155,13 +155,6 @@ const char *rig_kind_of(const struct yaml_value *value)
     return "";
 }
 
-int rig_read_unsupervised(void *reader, const struct yaml_value *value,
-                          void *out)
-{
-    (void)reader;
-    return yaml_value_bool(value, out);
-}
-
 int rig_read_pairs(const struct yaml_value *value, const unsigned *count,
                    unsigned most, void *of,
                    int (*read)(void *of, const struct yaml_value *key,

@@ -11,8 +11,7 @@
  *   rig_axis.c    axes                     rig_homing.c axis: homing
  *   rig_gpio.c    gpio                    rig_kinematics.c  kinematics
  *   rig_limits.c  axis: limits, stop, following_error
- *   rig_shaper.c  axis: shaper            rig_rail.c  kinematics: rail
- *   rig_arm.c     kinematics: arm
+ *   rig_shaper.c  axis: shaper            rig_kinematics.h  parts of kinematics
  *   kind.h        what a kind of drive adds: firmware/host/kind
  *
  * A reader returns 0, or -1 with the sentence written. */
@@ -87,19 +86,6 @@ int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
 int rig_read_payloads(void *reader, const struct yaml_value *value, void *out);
 int rig_read_kinematics(void *reader, const struct yaml_value *value,
                         void *out);
-/* Of kinematics: a point of three lengths, a direction, yes or no, an axis that
- * has no place yet, and the axis in a place of what carries the head. */
-int rig_read_point(void *reader, const struct yaml_value *value, void *out);
-int rig_read_direction(void *reader, const struct yaml_value *value, void *out);
-int rig_read_free_axis(const struct rig_reader *reader,
-                       const struct yaml_value *value, unsigned *index);
-int rig_read_place(void *reader, const struct yaml_value *value, void *out);
-int rig_read_yes(void *reader, const struct yaml_value *value, void *out);
-int rig_read_carrier_axis(void *reader, const struct yaml_value *value,
-                          enum units_axis unit, int index,
-                          struct motion_axis_map *map);
-int rig_read_rail(void *reader, const struct yaml_value *value, void *out);
-int rig_read_arm(void *reader, const struct yaml_value *value, void *out);
 int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out);
 int rig_read_drive_node(void *reader, const struct yaml_value *value,
                         void *out);
@@ -138,9 +124,6 @@ int rig_read_pairs(const struct yaml_value *value, const unsigned *count,
                    unsigned most, void *of,
                    int (*read)(void *of, const struct yaml_value *key,
                                const struct yaml_value *value));
-int rig_read_unsupervised(void *reader, const struct yaml_value *value,
-                          void *out);
-
 /* Refuses the drive's number, read already, that an axis before has on its bus.
  */
 int rig_refuse_taken(const struct rig_reader *reader,

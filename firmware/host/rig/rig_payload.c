@@ -1,6 +1,6 @@
 /* firmware/host/rig/rig_payload.c - what simulated axes carry or pull: see
  * sim/physics/payload.h. */
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/rig/rig_kinematics.h"
 
 #include <string.h>
 
@@ -116,13 +116,6 @@ static int payload_read_kind(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-static int payload_read_collides(void *reader, const struct yaml_value *value,
-                                 void *out)
-{
-    (void)reader;
-    return yaml_value_bool(value, out);
-}
-
 static int payload_read_axis(void *reader, const struct yaml_value *value,
                              void *out)
 {
@@ -159,7 +152,7 @@ static const struct yaml_field rig_payload_fields[] = {
       offsetof(struct rig_payload, cable_kg) },
     { "width", YAML_OPTIONAL, "1 mm .. 100 m", payload_read_length,
       offsetof(struct rig_payload, width_m) },
-    { "self_collision", YAML_OPTIONAL, "yes or no", payload_read_collides,
+    { "self_collision", YAML_OPTIONAL, "yes or no", yaml_read_bool,
       offsetof(struct rig_payload, collides) },
     { "damping", YAML_OPTIONAL, "0 .. 1", payload_read_ratio,
       offsetof(struct rig_payload, damping) },

@@ -3,7 +3,7 @@
  * The rail is the C4 spline through them (motion/plan/path/plan_space.h), so that
  * a head that turns with the carriage has no step of acceleration, and its axis is
  * the length along it. */
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/rig/rig_kinematics.h"
 
 #include <math.h>
 
@@ -52,7 +52,7 @@ static const struct yaml_field rig_rail_fields[] = {
       "a list of 2 .. 1000 points such as [0 mm, 0 mm, 900 mm]",
       rig_read_rail_points, offsetof(struct rig_rail, points) },
     { "turning", YAML_OPTIONAL,
-      "yes or no: whether the head turns with the carriage", rig_read_yes,
+      "yes or no: whether the head turns with the carriage", yaml_read_bool,
       offsetof(struct rig_rail, is_turning) },
     { "axis", YAML_REQUIRED, "a map with axis, offset and reversed",
       rig_read_rail_axis, offsetof(struct rig_rail, axis) },

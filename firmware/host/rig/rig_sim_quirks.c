@@ -118,7 +118,7 @@ static const struct yaml_field rig_quirks_fields[] = {
       quirks_read_read_only, 0 },
     { "shipped", YAML_OPTIONAL, "objects with their values, such as {605A: 0}",
       quirks_read_shipped, 0 },
-    { "fixed_mapping", YAML_OPTIONAL, "yes or no", rig_read_yes,
+    { "fixed_mapping", YAML_OPTIONAL, "yes or no", yaml_read_bool,
       offsetof(struct rig_sim_quirks, fixed_mapping) },
     { "emergency", YAML_OPTIONAL, "an error code, 0x0001 .. 0xFFFF",
       quirks_read_emergency, offsetof(struct rig_sim_quirks, emergency) },

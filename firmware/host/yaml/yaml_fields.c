@@ -372,6 +372,12 @@ int yaml_read_u32(void *reader, const struct yaml_value *value, void *out)
     return 0;
 }
 
+int yaml_read_bool(void *reader, const struct yaml_value *value, void *out)
+{
+    (void)reader;
+    return yaml_value_bool(value, out);
+}
+
 int yaml_value_list(const struct yaml_value *value, uint32_t min, uint32_t max,
                     uint32_t *count)
 {

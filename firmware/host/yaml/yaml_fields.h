@@ -77,11 +77,11 @@ int yaml_value_choice(const struct yaml_value *value,
                       const char *const spelling[], unsigned count,
                       unsigned *index);
 /* The same into a byte. */
-/* yes or no; true and false are the same. */
-int yaml_value_bool(const struct yaml_value *value, bool *out);
 int yaml_value_word(const struct yaml_value *value,
                     const char *const spelling[], unsigned count,
                     uint8_t *index);
+/* yes or no; true and false are the same. */
+int yaml_value_bool(const struct yaml_value *value, bool *out);
 
 /* Decimal. */
 int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
@@ -91,8 +91,10 @@ int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
 int yaml_value_number(const struct yaml_value *value, int64_t min, int64_t max,
                       int64_t *out);
 
-/* A row of a shape reads 0 .. 2^32 - 1 into a uint32_t by it. */
+/* Rows of a shape read by them: 0 .. 2^32 - 1 into a uint32_t, yes or no into a
+ * bool. */
 int yaml_read_u32(void *reader, const struct yaml_value *value, void *out);
+int yaml_read_bool(void *reader, const struct yaml_value *value, void *out);
 
 /* Refuse unless the value is a list of min .. max items; *count is how many. */
 int yaml_value_list(const struct yaml_value *value, uint32_t min, uint32_t max,

@@ -64,7 +64,7 @@ static const struct yaml_field rig_cia402_fields[] = {
     { "unsupervised", YAML_OPTIONAL,
       "yes: the drive may do without 0x1016, 0x6007 or 0x6066, and something "
       "else takes its torque off",
-      rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
+      yaml_read_bool, offsetof(struct rig_axis, unsupervised) },
 };
 const struct yaml_shape rig_cia402_shape = { "drive", rig_cia402_fields,
                                              ARRAY_LEN(rig_cia402_fields) };

@@ -81,13 +81,6 @@ static int quirk_read_mode(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-static int quirk_read_bool(void *reader, const struct yaml_value *value,
-                           void *out)
-{
-    (void)reader;
-    return yaml_value_bool(value, out);
-}
-
 #define QUIRK(member) offsetof(struct drive_cia402_quirk, member)
 
 static const struct yaml_field quirk_times_fields[] = {
@@ -176,10 +169,10 @@ static const struct yaml_field quirk_fields[] = {
       quirk_read_products, FILE_OF(quirk) },
     { "mode", YAML_OPTIONAL, "csp or ip", quirk_read_mode,
       FILE_OF(quirk.interpolates) },
-    { "guarding", YAML_OPTIONAL, "yes, no, true or false", quirk_read_bool,
+    { "guarding", YAML_OPTIONAL, "yes, no, true or false", yaml_read_bool,
       FILE_OF(quirk.guarding) },
     { "homing_without_bit_10", YAML_OPTIONAL, "yes, no, true or false",
-      quirk_read_bool, FILE_OF(quirk.homing_without_bit_10) },
+      yaml_read_bool, FILE_OF(quirk.homing_without_bit_10) },
     { "times", YAML_OPTIONAL, "a map with sdo, state, brake and precharge",
       quirk_read_times, FILE_OF(quirk) },
     { "options", YAML_OPTIONAL,

@@ -89,7 +89,7 @@ static const struct yaml_field rig_modbus_fields[] = {
     { "unsupervised", YAML_OPTIONAL,
       "yes: the drive does not stop by itself when the line is dead, and "
       "something else takes its torque off",
-      rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
+      yaml_read_bool, offsetof(struct rig_axis, unsupervised) },
     { "parameters", YAML_OPTIONAL,
       "a map of the register map's items and their values",
       modbus_read_parameters, 0 },

@@ -79,7 +79,7 @@ static const struct yaml_field rig_odrive_fields[] = {
     { "unsupervised", YAML_OPTIONAL,
       "yes: the drive is not set up to stop by itself when the bus "
       "is dead, and something else takes its torque off",
-      rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
+      yaml_read_bool, offsetof(struct rig_axis, unsupervised) },
 };
 const struct yaml_shape rig_odrive_shape = { "odrive_drive", rig_odrive_fields,
                                              ARRAY_LEN(rig_odrive_fields) };

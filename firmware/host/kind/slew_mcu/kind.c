@@ -81,7 +81,7 @@ static const struct yaml_field rig_slew_mcu_fields[] = {
     { "unsupervised", YAML_OPTIONAL,
       "yes: the servo does not stop by itself when its line is dead, and "
       "something else takes its torque off",
-      rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
+      yaml_read_bool, offsetof(struct rig_axis, unsupervised) },
 };
 const struct yaml_shape rig_slew_mcu_shape = { "slew_mcu_drive",
                                                rig_slew_mcu_fields,
