@@ -181,7 +181,7 @@ static const struct yaml_field map_fields[] = {
     { "resolution", YAML_REQUIRED, "counts per revolution of the motor",
       map_read_resolution, 0 },
     { "watchdog", YAML_OPTIONAL,
-      "the drive stops when it hears nothing for "
+      "the drive stops when it receives nothing for "
       "so long, 1 ms .. 10 s",
       map_read_timeout, offsetof(struct modbus_map, watchdog_ns) },
     { "order", YAML_OPTIONAL, "ABCD, CDAB, BADC or DCBA",

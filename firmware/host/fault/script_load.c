@@ -373,7 +373,7 @@ static int fault_read_direction(void *reader, const struct yaml_value *value,
     if (self->has[FAULT_OF_BUS] &&
         rig_bus_is_can(&self->rig->bus[self->entry->index]))
         return yaml_value_refuse(value, "is not for noise on CAN, which every "
-                                        "node hears");
+                                        "node receives");
     self->entry->incoming = index == 1;
     return 0;
 }

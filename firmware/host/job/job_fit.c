@@ -307,7 +307,7 @@ static void job_fit_print_duration(const struct job *job,
     number_seconds(least, job_fit_up((double)outcome->played_ns_q12 *
                                      fit->stretch * (1 + 1e-9)));
     fprintf(file,
-            "Line %u asks for %s s: %.4g times the pace of the %s s that are "
+            "Line %u requires %s s: %.4g times the pace of the %s s that are "
             "written, and %.4g times the fastest that the limits allow, "
             "%s s.\n",
             job->move.duration_place.line, played,

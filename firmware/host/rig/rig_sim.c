@@ -110,8 +110,9 @@ static int rig_read_sim_length(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field rig_encoder_fields[] = {
-    { "resolution", YAML_OPTIONAL, "what it tells apart, above zero",
-      rig_read_sim_length, offsetof(struct rig_sim, encoder_step_q32) },
+    { "resolution", YAML_OPTIONAL,
+      "the smallest distance that it resolves, above zero", rig_read_sim_length,
+      offsetof(struct rig_sim, encoder_step_q32) },
     { "noise", YAML_OPTIONAL, "its standard deviation, above zero",
       rig_read_sim_length, offsetof(struct rig_sim, encoder_noise_q32) },
 };

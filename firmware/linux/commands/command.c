@@ -70,7 +70,7 @@ bool command_may_move(const struct options *options, const char *command)
         return true;
     if (!isatty(STDIN_FILENO)) {
         error_say("slew %s: REAL drives would move, expected --yes, or a "
-                  "terminal to ask on",
+                  "terminal to confirm on",
                   command);
         return false;
     }

@@ -323,7 +323,7 @@ static void run_keys_refused(const struct run_keys *keys,
 {
     char sentence[160];
     if (answer->command == MAILBOX_CAPTURE)
-        snprintf(sentence, sizeof sentence, "no place to tell: %s",
+        snprintf(sentence, sizeof sentence, "no position to capture: %s",
                  answer->err == MOTION_E_STATE ? "hold the axes first"
                                                : motion_err_text(answer->err));
     else if (answer->command == MAILBOX_GO ||

@@ -145,7 +145,7 @@ static void can_interface(struct doctor *doctor, const char *name)
 
     if (doctor->config.link == NULL || doctor->config.link(name, &link) < 0) {
         doctor_say(doctor, DOCTOR_NOTE, "can",
-                   "%s is there; the kernel was not asked about it", name);
+                   "%s is there; the kernel was not queried about it", name);
         return;
     }
     can_judge(doctor, name, &link, can_bus(doctor, name));

@@ -355,7 +355,7 @@ static void only_heard(struct scan *scan, const struct scan_ear *ear,
     if (ear->master)
         scan_note(scan,
                   "%s: another master is on the bus: only listened, nothing "
-                  "was asked",
+                  "was sent",
                   bus);
     else
         scan_note(scan,

@@ -29,5 +29,5 @@ static int virtual_read(struct rig_reader *reader,
 const struct rig_kind rig_kind_virtual = {
     .is_for = virtual_is_for,
     .read = virtual_read,
-    .cannot_home = "a virtual axis, which is where it was told to be",
+    .cannot_home = "a virtual axis, which is at its last set point",
 };

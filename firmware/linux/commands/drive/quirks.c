@@ -70,7 +70,7 @@ static void quirks_explain(struct drive_quirks *quirks)
     if (quirks->quirk->guarding)
         quirks_say(quirks, "node guarding takes the place of heartbeats");
     if (quirks->quirk->homing_without_bit_10)
-        quirks_say(quirks, "at the end of its homing standstill is seen in "
+        quirks_say(quirks, "at the end of its homing standstill is read from "
                            "0x6064, not in bit 10");
     quirks_say_times(quirks);
     quirks_say_objects(quirks);

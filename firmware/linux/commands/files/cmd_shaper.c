@@ -227,7 +227,7 @@ const struct command cmd_shaper = {
         "the\n"
         "measured one the second or that of --axis.  An encoder of the load, "
         "an\n"
-        "accelerometer or a camera will do; the motor's own encoder sees "
+        "accelerometer or a camera will do; the motor's own encoder shows "
         "little.\n",
     .examples = "  slew shaper step.csv\n"
                 "  slew shaper --axis tip_mm --json step.csv\n",

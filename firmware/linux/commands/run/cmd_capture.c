@@ -392,7 +392,7 @@ static const struct option_row cmd_capture_option[] = {
     { "out", "FILE", OPTION_TEXT, offsetof(struct options, out),
       "the move, .yaml" },
     { "tolerance", "LIST", OPTION_TEXT, offsetof(struct options, tolerance),
-      "how far keys may be from what was seen, such as '1 mm, 0.1 deg' (a "
+      "how far keys may be from what was read, such as '1 mm, 0.1 deg' (a "
       "thousandth of the range)" },
     { "rate", "HZ", OPTION_RATE, offsetof(struct options, rate_uhz),
       "how often to look (25)" },
@@ -408,12 +408,12 @@ const struct command cmd_capture = {
     .arguments = "RIG",
     .summary = "axes that are moved by hand, as a move",
     .text =
-        "Looks where the axes are, without torque, until Ctrl-C, and writes a\n"
+        "Reads where the axes are, without torque, until Ctrl-C, and writes a\n"
         "move file of it: as few keys of a quintic curve as keep within the\n"
-        "tolerance of what was seen.  Axes that were not moved are left out.\n"
+        "tolerance of what was read.  Axes that were not moved are left out.\n"
         "slew check says whether the rig can follow; slew fit changes the\n"
         "times until it can.\n\n"
-        "Where a service has the rig it is asked, and goes on undisturbed;\n"
+        "Where a service has the rig, its positions are read, undisturbed;\n"
         "axes that need homing are known there once they were homed, and can\n"
         "then be moved by hand with torque off.\n",
     .examples =

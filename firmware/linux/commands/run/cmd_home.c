@@ -405,7 +405,7 @@ const struct command cmd_home = {
         "one after the other in the rig's order: to a switch, by the drive's\n"
         "own homing, or by taking the present position.  Says first what it\n"
         "will do.  Torque goes off at the end.\n\n"
-        "slew run homes by itself what a move needs; where a drive forgets "
+        "slew run homes by itself what a move needs; where a drive loses "
         "its\n"
         "zero without torque or power, this only tries it out.\n\n"
         "Drives are simulated unless --real is given.  Where a service has "

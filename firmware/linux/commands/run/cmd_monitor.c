@@ -386,7 +386,7 @@ const struct command cmd_monitor = {
         "there at the end.\n\n"
         "Drives are simulated unless --real is given.  Where a service has "
         "the\n"
-        "rig it is asked instead, and goes on undisturbed.\n",
+        "rig, what it reports is shown, and it goes on undisturbed.\n",
     .examples = "  slew monitor --real rig.yaml\n"
                 "  slew monitor --once rig.yaml\n"
                 "  slew monitor --json --rate 50 --for 10s --real rig.yaml\n",

@@ -77,7 +77,7 @@ static void what_cannot_be_is_said_in_a_sentence(void **state)
         { "noise can1 rate 2 kg", "2 kg" },
         { "drive_fault pan code 0x150 code 0x151", "code" },
         { "echo dolly", "axis is not for echo" },
-        { "noise can1 rate 2 % direction to", "which every node hears" },
+        { "noise can1 rate 2 % direction to", "which every node receives" },
         { "slow_drive dolly delay 2 ms direction up", "'up'" },
         { "reboot dolly direction to", "direction is not for reboot" },
     };

@@ -806,7 +806,7 @@ static const struct {
       "bus is none, as the rig has no 'buses', expected the name of a bus" },
     { "rig_virtual_bus.yaml", 6, 28, "unknown key 'bus', expected kind" },
     { "rig_virtual_homing.yaml", 7, 13,
-      "homing is not for a virtual axis, which is where it was told to be" },
+      "homing is not for a virtual axis, which is at its last set point" },
     { "rig_virtual_line.yaml", 8, 28,
       "axis master is a virtual axis, which has no switches" },
     { "rig_payload_slanted.yaml", 10, 74, "direction is not level" },

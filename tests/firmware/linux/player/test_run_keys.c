@@ -137,7 +137,7 @@ static void g_goes_to_a_time_and_c_says_where_that_is(void **state)
     begin();
     expect("s left");
     press("c");
-    expect("no place to tell: hold the axes first");
+    expect("no position to capture: hold the axes first");
     press("g40");
     expect("go to: 40");
     press("\n");

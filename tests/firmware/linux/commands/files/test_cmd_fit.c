@@ -423,7 +423,7 @@ static void a_duration_is_kept_or_refused_with_the_arithmetic(void **state)
     run_write(move, "duration: 6 s # fast\n" MOVE);
     assert_int_equal(run("check", rig, move), 1);
     expect_in(run_slew()->out,
-              "Line 1 asks for 6.000 s: 0.9167 times the pace of the 5.500 s "
+              "Line 1 requires 6.000 s: 0.9167 times the pace of the 5.500 s "
               "that are written, and 4.125 times the fastest that the limits "
               "allow, 24.75");
     assert_int_equal(run("fit", rig, move), 0);

@@ -256,7 +256,7 @@ static void every_state_of_an_interface_has_its_command(void **state)
     rig.bus[0].kind = RIG_CANOPEN;
     fake_err = MOTION_E_IO;
     examine(&rig);
-    expect_line(DOCTOR_NOTE, "the kernel was not asked", "");
+    expect_line(DOCTOR_NOTE, "the kernel was not queried", "");
     snprintf(rig.bus[0].interface, sizeof rig.bus[0].interface, "can7");
     examine(&rig);
     expect_line(DOCTOR_BAD, "no interface can7", "adapter");
@@ -314,7 +314,7 @@ static void the_command_prints_every_line_and_its_status(void **state)
     (void)state;
     run("doctor", "--for", "0", "--root", run_slew()->directory);
     run_expect(STATUS_OK);
-    run_says("can0 is there; the kernel was not asked");
+    run_says("can0 is there; the kernel was not queried");
     run_says("0 bad, 0 to improve");
     run("doctor", "--json", "--for", "0", "--root", run_slew()->directory);
     run_expect(STATUS_OK);
