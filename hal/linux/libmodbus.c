@@ -2,12 +2,12 @@
 #include "hal/linux/libmodbus.h"
 
 #include <poll.h>
-#include <signal.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include "hal/linux/libmodbus_port.h"
+#include "hal/linux/thread.h"
 #include "hal/support/container_of.h"
 
 #define MS           INT64_C(1000000)
@@ -165,19 +165,6 @@ static int modbus_libmodbus_check(struct modbus_libmodbus *self)
     return modbus_rtu_time_init(&self->time, &config->line);
 }
 
-/* Signals are for the threads that wait for them. */
-static int modbus_libmodbus_start(struct modbus_libmodbus *self)
-{
-    sigset_t all, before;
-    int err;
-
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
-    err = pthread_create(&self->thread, NULL, modbus_libmodbus_run, self);
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return err == 0 ? MOTION_OK : MOTION_E_IO;
-}
-
 int modbus_libmodbus_open(struct modbus_libmodbus *self,
                           const struct modbus_line_config *config)
 {
@@ -194,7 +181,9 @@ int modbus_libmodbus_open(struct modbus_libmodbus *self,
     self->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (self->wake < 0)
         return MOTION_E_IO;
-    err = modbus_libmodbus_start(self);
+    err = thread_linux_start(&self->thread, modbus_libmodbus_run, self) == 0
+              ? MOTION_OK
+              : MOTION_E_IO;
     if (err < 0)
         close(self->wake);
     return err;

@@ -5,6 +5,7 @@
 #include "motion/core/fixed.h"
 #include "motion/core/track_internal.h"
 #include "motion/curve/bake.h"
+#include "motion/curve/interval.h"
 
 #define BAKE_BITS 61 /* of a coefficient */
 
@@ -160,16 +161,9 @@ uint32_t motion_bake_span(const int64_t start_ns_q12[], uint32_t spans,
                           int64_t t_ns_q12, enum motion_bake_side side)
 {
     const int64_t last = side == MOTION_BAKE_LEFT ? t_ns_q12 - 1 : t_ns_q12;
-    uint32_t low = 0, high = spans;
 
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (start_ns_q12[middle] <= last)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    return motion_interval_find(start_ns_q12, sizeof *start_ns_q12, spans,
+                                last);
 }
 
 const struct motion_segment *motion_bake_find(const struct motion_track *track,

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "motion/core/err.h"
+#include "motion/curve/interval.h"
 #include "motion/number/trig.h"
 
 #define LOOKAT_ONE_Q62  ((int64_t)1 << 62)
@@ -83,16 +84,9 @@ static int64_t lookat_ease(enum motion_dwell_ease ease, int64_t x_q62)
 static const struct motion_dwell *
 lookat_find_dwell(const struct motion_target *target, int64_t at_q32)
 {
-    uint32_t low = 0, high = target->dwells;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (target->dwell[middle].from_q32 <= at_q32)
-            low = middle;
-        else
-            high = middle;
-    }
-    return &target->dwell[low];
+    return &target->dwell[motion_interval_find(&target->dwell->from_q32,
+                                               sizeof *target->dwell,
+                                               target->dwells, at_q32)];
 }
 
 /* It, and where needed the vector to the next. */

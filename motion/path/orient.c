@@ -3,6 +3,7 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/curve/interval.h"
 
 #define ORIENT_ONE_Q62 ((int64_t)1 << 62)
 
@@ -129,19 +130,10 @@ int motion_orient_plan(struct motion_orient *orient)
     return err;
 }
 
-/* key[i].t <= t < key[i + 1].t */
 static uint32_t orient_find(const struct motion_orient *orient, int64_t t)
 {
-    uint32_t low = 0, high = orient->count - 1;
-
-    while (high - low > 1) {
-        const uint32_t mid = low + (high - low) / 2;
-        if (orient->key[mid].t <= t)
-            low = mid;
-        else
-            high = mid;
-    }
-    return low;
+    return motion_interval_find(&orient->key->t, sizeof *orient->key,
+                                orient->count - 1, t);
 }
 
 static int orient_squad_at(const struct motion_orient_key *span, int64_t u_q62,

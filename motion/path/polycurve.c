@@ -4,19 +4,12 @@
 #include <stddef.h>
 
 #include "motion/core/err.h"
+#include "motion/curve/interval.h"
 
 static uint32_t polycurve_find(const struct motion_polycurve *poly, int64_t u)
 {
-    uint32_t low = 0, high = poly->pieces;
-
-    while (high - low > 1) {
-        const uint32_t mid = low + (high - low) / 2;
-        if (poly->border[mid] <= u)
-            low = mid;
-        else
-            high = mid;
-    }
-    return low;
+    return motion_interval_find(poly->border, sizeof *poly->border,
+                                poly->pieces, u);
 }
 
 /* The difference of two int64 can be 2^64 - 1. */

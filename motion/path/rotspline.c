@@ -30,6 +30,7 @@
 #include <stddef.h>
 
 #include "motion/core/err.h"
+#include "motion/curve/interval.h"
 
 #define ROTSPLINE_ROUNDS  200
 #define ROTSPLINE_SETTLED (-44) /* of the largest rate */
@@ -353,16 +354,8 @@ int motion_rotspline_plan(struct motion_rotspline *spline,
 
 static uint32_t rotspline_find(const struct motion_rotspline *spline, int64_t t)
 {
-    uint32_t low = 0, high = spline->count - 1;
-
-    while (high - low > 1) { /* key[low] <= t < key[high] */
-        const uint32_t mid = low + (high - low) / 2;
-        if (spline->key[mid].t_ns_q12 <= t)
-            low = mid;
-        else
-            high = mid;
-    }
-    return low;
+    return motion_interval_find(&spline->key->t_ns_q12, sizeof *spline->key,
+                                spline->count - 1, t);
 }
 
 /* r, r', r'' of the cubic at the part u of a span: with c = r at the end,

@@ -9,6 +9,7 @@
 #include "firmware/host/track/compiled.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
+#include "motion/curve/interval.h"
 
 static const struct {
     unsigned order;
@@ -56,15 +57,11 @@ void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
 /* The key at or before a time. */
 static uint32_t job_key_before(const struct plan_axis *axis, int64_t t_ns_q12)
 {
-    uint32_t low = 0, high = axis->key_count;
-    while (high - low > 1) {
-        uint32_t middle = low + (high - low) / 2;
-        if (axis->key[middle].key.t_ns_q12 <= t_ns_q12)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    return axis->key_count == 0
+               ? 0
+               : motion_interval_find(&axis->key->key.t_ns_q12,
+                                      sizeof *axis->key, axis->key_count,
+                                      t_ns_q12);
 }
 
 static void job_add(struct job *job, const struct job_violation *violation)

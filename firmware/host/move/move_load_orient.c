@@ -51,25 +51,6 @@ static int move_read_orient_at(void *reader, const struct yaml_value *value,
 
 /* ---- the orientation ---- */
 
-/* `count` plain numbers. */
-static int orient_numbers(const struct move_reader *self,
-                          const struct yaml_value *value, uint32_t count,
-                          int64_t q32[])
-{
-    struct yaml_value item = *value;
-    uint32_t given;
-
-    if (yaml_value_list(value, count, count, &given) < 0)
-        return -1;
-    item.node = yaml_value_node(value)->first;
-    for (uint32_t i = 0; i < count; i++) {
-        if (yaml_units_read(&item, UNITS_RATIO, &self->units, &q32[i]) < 0)
-            return -1;
-        item.node = yaml_value_node(&item)->next;
-    }
-    return 0;
-}
-
 static int move_read_orient_angles(void *reader, const struct yaml_value *value,
                                    void *out)
 {
@@ -104,9 +85,11 @@ static int move_read_orient_angles(void *reader, const struct yaml_value *value,
 static int move_read_quaternion(void *reader, const struct yaml_value *value,
                                 void *out)
 {
+    const struct move_reader *self = reader;
     int64_t wxyz[4];
 
-    if (orient_numbers(reader, value, 4, wxyz) < 0)
+    if (yaml_units_read_list(value, UNITS_RATIO, &self->units, NULL, 4, wxyz) <
+        0)
         return -1;
     return motion_quat_unit(wxyz, out) < 0
                ? yaml_value_refuse(value, "is no rotation")
@@ -115,9 +98,11 @@ static int move_read_quaternion(void *reader, const struct yaml_value *value,
 
 int move_read_direction(void *reader, const struct yaml_value *value, void *out)
 {
+    const struct move_reader *self = reader;
     int64_t q32[3];
 
-    if (orient_numbers(reader, value, 3, q32) < 0)
+    if (yaml_units_read_list(value, UNITS_RATIO, &self->units, NULL, 3, q32) <
+        0)
         return -1;
     return motion_vec_unit(motion_vec_from_q32(q32), out) < 0
                ? yaml_value_refuse(value, "is no direction")

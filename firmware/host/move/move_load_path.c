@@ -70,19 +70,8 @@ int move_read_vector(const struct move_reader *reader,
                      const struct yaml_value *value, uint32_t axes,
                      int64_t q32[PLAN_SPACE_AXES])
 {
-    struct yaml_value item = *value;
-    uint32_t count;
-
-    if (yaml_value_list(value, axes, axes, &count) < 0)
-        return -1;
-    item.node = yaml_value_node(value)->first;
-    item.expected = "a position";
-    for (uint32_t i = 0; i < axes; i++) {
-        if (yaml_units_read(&item, UNITS_POSITION, &reader->units, &q32[i]) < 0)
-            return -1;
-        item.node = yaml_value_node(&item)->next;
-    }
-    return 0;
+    return yaml_units_read_list(value, UNITS_POSITION, &reader->units,
+                                "a position", axes, q32);
 }
 
 static bool move_is_same(const struct plan_point *a, const struct plan_point *b)

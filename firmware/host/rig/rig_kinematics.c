@@ -18,19 +18,9 @@ int rig_read_numbers(struct rig_reader *self, const struct yaml_value *value,
                      enum units_quantity quantity, uint32_t count,
                      int64_t q32[])
 {
-    struct yaml_value item = *value;
-    uint32_t given;
-
-    if (yaml_value_list(value, count, count, &given) < 0)
-        return -1;
-    item.node = yaml_value_node(value)->first;
-    item.expected = quantity == UNITS_RATIO ? "a number" : "a length";
-    for (uint32_t i = 0; i < count; i++) {
-        if (rig_read_quantity(self, &item, quantity, &q32[i]) < 0)
-            return -1;
-        item.node = yaml_value_node(&item)->next;
-    }
-    return 0;
+    return yaml_units_read_list(
+        value, quantity, &self->units,
+        quantity == UNITS_RATIO ? "a number" : "a length", count, q32);
 }
 
 int rig_read_place(void *reader, const struct yaml_value *value, void *out)

@@ -23,6 +23,27 @@ int yaml_units_read(const struct yaml_value *value,
     return 0;
 }
 
+int yaml_units_read_list(const struct yaml_value *value,
+                         enum units_quantity quantity,
+                         const struct units_context *context,
+                         const char *expected, uint32_t count, int64_t out[])
+{
+    struct yaml_value item = *value;
+    uint32_t given;
+
+    if (yaml_value_list(value, count, count, &given) < 0)
+        return -1;
+    item.node = yaml_value_node(value)->first;
+    if (expected != NULL)
+        item.expected = expected;
+    for (uint32_t i = 0; i < count; i++) {
+        if (yaml_units_read(&item, quantity, context, &out[i]) < 0)
+            return -1;
+        item.node = yaml_value_node(&item)->next;
+    }
+    return 0;
+}
+
 int yaml_units_read_fps(const struct yaml_value *value, struct units_fps *fps)
 {
     char sentence[UNITS_SENTENCE_MAX];

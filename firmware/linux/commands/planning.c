@@ -6,7 +6,6 @@
 
 #include <errno.h>
 #include <pthread.h>
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -15,6 +14,7 @@
 
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
+#include "hal/linux/thread.h"
 
 #define PLANNING_FIRST_NS 1000000000
 #define PLANNING_NEXT_NS  200000000
@@ -78,18 +78,14 @@ static void *planning_run(void *unused)
 static void planning_begin(void)
 {
     pthread_condattr_t clock;
-    sigset_t all, before;
 
     pthread_condattr_init(&clock);
     pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
     pthread_cond_init(&planning.changed, &clock);
     pthread_condattr_destroy(&clock);
     planning.over = false;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
     planning.running =
-        pthread_create(&planning.thread, NULL, planning_run, NULL) == 0;
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
+        thread_linux_start(&planning.thread, planning_run, NULL) == 0;
 }
 
 static void planning_end(void)

@@ -6,7 +6,6 @@
 #include <fcntl.h>
 #include <netinet/tcp.h>
 #include <poll.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -15,6 +14,7 @@
 #include <unistd.h>
 
 #include "hal/linux/clock.h"
+#include "hal/linux/thread.h"
 #include "hal/modbus/tcp.h"
 #include "hal/support/container_of.h"
 
@@ -369,14 +369,8 @@ int modbus_host_tcp(struct modbus_host *host, struct in_addr address,
 
 int modbus_host_start(struct modbus_host *host)
 {
-    sigset_t all, before;
-    int err;
-
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
-    err = pthread_create(&host->thread, NULL, modbus_host_run, host);
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return err == 0 ? 0 : -1;
+    return thread_linux_start(&host->thread, modbus_host_run, host) == 0 ? 0
+                                                                         : -1;
 }
 
 static void modbus_host_close(int *fd)

@@ -6,6 +6,7 @@
 #include "firmware/host/job/job_camera.h"
 #include "firmware/studio/wasm/plan.h"
 #include "motion/core/fixed.h"
+#include "motion/curve/interval.h"
 
 int64_t studio_time(double t_s)
 {
@@ -31,16 +32,10 @@ static const struct motion_track *numbers_track(const struct studio_plan *plan,
 /* The segment that `t` is in, or the last. */
 static uint32_t numbers_segment(const struct motion_track *track, int64_t t)
 {
-    uint32_t low = 0, high = track->count;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (track->segment[middle].start_ns_q12 <= t)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    return track->count == 0
+               ? 0
+               : motion_interval_find(&track->segment->start_ns_q12,
+                                      sizeof *track->segment, track->count, t);
 }
 
 static void numbers_state(double out[4], const struct motion_state *state)

@@ -10,6 +10,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/camera/plan_bake.h"
+#include "motion/plan/camera/plan_keyed.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_track.h"
 
@@ -27,7 +28,7 @@ struct follow {
     const struct plan_rig *rig;
     const struct motion_track *track; /* of the move */
     struct plan_error *error;
-    struct motion_track subject[PLAN_SPACE_AXES], roll; /* keyed */
+    struct plan_keyed keyed;
     const struct motion_track *cause[FOLLOW_TRACKS_MAX];
     uint32_t causes;
     struct plan_bake bake;
@@ -54,24 +55,14 @@ static int follow_no_memory(const struct follow *self)
 static struct plan_jet_vec follow_subject(const struct follow *self, int64_t t,
                                           int side)
 {
-    const struct plan_camera *camera = self->camera;
-    struct plan_jet_vec at;
+    const struct plan_jet_vec at =
+        plan_keyed_subject(&self->keyed, self->camera, t, side);
 
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        at.x[i] = camera->look == PLAN_LOOK_SUBJECT
-                      ? plan_rig_track(&self->subject[i], t, side)
-                      : plan_jet_of(ldexp((double)camera->point_q32[i], -32));
-    if (camera->look != PLAN_LOOK_TABLE)
+    if (self->camera->look != PLAN_LOOK_TABLE)
         return at;
     return plan_rig_on_table(
         self->rig, plan_rig_track(&self->track[self->rig->table.axis], t, side),
         at);
-}
-
-static struct plan_jet follow_roll(const struct follow *self, int64_t t,
-                                   int side)
-{
-    return plan_jet_scale(plan_rig_track(&self->roll, t, side), FOLLOW_RADIAN);
 }
 
 static int follow_aim(const struct follow *self, int64_t t, int side,
@@ -89,7 +80,7 @@ static int follow_aim(const struct follow *self, int64_t t, int side,
     plan_rig_mount(&rig->rig.carrier, axis, &pivot, &mount);
     return plan_rig_look(&rig->rig.head.nodal, &mount,
                          plan_jet_vec_sub(follow_subject(self, t, side), pivot),
-                         follow_roll(self, t, side), aim);
+                         plan_keyed_roll(&self->keyed, t, side), aim);
 }
 
 static struct plan_jet follow_axis(const struct follow *self,
@@ -223,8 +214,8 @@ static void follow_causes(struct follow *self)
         follow_cause(self, &self->track[self->rig->table.axis]);
     for (int i = 0;
          self->camera->look == PLAN_LOOK_SUBJECT && i < PLAN_SPACE_AXES; i++)
-        follow_cause(self, &self->subject[i]);
-    follow_cause(self, &self->roll);
+        follow_cause(self, &self->keyed.subject[i]);
+    follow_cause(self, &self->keyed.roll);
 }
 
 /* ---- sources of the baker ------------------------------------------------ */
@@ -244,8 +235,8 @@ static int follow_head_at(void *context, int64_t t, enum motion_bake_side side,
     point[MOTION_HEAD_PAN] = plan_bake_point(pan);
     point[MOTION_HEAD_TILT] =
         plan_bake_point(follow_axis(self, MOTION_HEAD_TILT, aim.tilt));
-    point[MOTION_HEAD_ROLL] = plan_bake_point(
-        follow_axis(self, MOTION_HEAD_ROLL, follow_roll(self, t, side)));
+    point[MOTION_HEAD_ROLL] = plan_bake_point(follow_axis(
+        self, MOTION_HEAD_ROLL, plan_keyed_roll(&self->keyed, t, side)));
     return MOTION_OK;
 }
 
@@ -364,28 +355,13 @@ static int follow_lenses(struct follow *self, struct motion_track track[],
 
 static int follow_open(struct follow *self)
 {
-    const struct plan_camera *camera = self->camera;
-    int err = MOTION_OK;
-
-    plan_track_init(&self->roll, 0);
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        plan_track_init(&self->subject[i], 0);
-    if (camera->roll != NULL)
-        err = plan_axis_track(camera->roll, &self->roll, self->error);
-    for (int i = 0; i < PLAN_SPACE_AXES && err == MOTION_OK &&
-                    camera->look == PLAN_LOOK_SUBJECT;
-         i++)
-        err = plan_axis_track(&camera->following.subject[i], &self->subject[i],
-                              self->error);
-    self->error->axis = PLAN_AXES_MAX;
-    return err;
+    plan_keyed_init(&self->keyed);
+    return plan_keyed_open(&self->keyed, self->camera, self->error);
 }
 
 static void follow_close(struct follow *self)
 {
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        plan_track_free(&self->subject[i]);
-    plan_track_free(&self->roll);
+    plan_keyed_free(&self->keyed);
     plan_bake_free(&self->bake);
     free(self->pan);
 }

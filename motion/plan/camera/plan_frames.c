@@ -10,6 +10,7 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/curve/interval.h"
 #include "motion/number/trig.h"
 
 #define FRAMES_CHECKS    1024 /* of a Frenet frame along the path */
@@ -206,16 +207,8 @@ void plan_frames_free(struct plan_frames *self)
 static const struct plan_frames_row *frames_find(const struct plan_frames *self,
                                                  int64_t distance_q32)
 {
-    uint32_t low = 0, high = self->rows;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (self->row[middle].distance_q32 <= distance_q32)
-            low = middle;
-        else
-            high = middle;
-    }
-    return &self->row[low];
+    return &self->row[motion_interval_find(
+        &self->row->distance_q32, sizeof *self->row, self->rows, distance_q32)];
 }
 
 static int frames_at_distance(const struct plan_frames *self,

@@ -16,8 +16,6 @@
 #define LOOK_STEPS    64
 #define LOOK_STEP_MAX (MOTION_FIXED_S_Q12 >> 10)
 
-#define LOOK_RADIAN 0.017453292519943295769
-
 /* ---- directions ---------------------------------------------------------- */
 
 static struct plan_jet_vec look_dir(struct motion_dir dir)
@@ -70,9 +68,8 @@ static int look_level(struct plan_jet_vec forward, struct plan_rig_frame *frame)
 }
 
 /* Clockwise, as it is seen along the view. */
-static void look_roll(struct plan_jet deg, struct plan_rig_frame *frame)
+static void look_roll(struct plan_jet roll, struct plan_rig_frame *frame)
 {
-    const struct plan_jet roll = plan_jet_scale(deg, LOOK_RADIAN);
     const struct plan_jet s = plan_jet_sin(roll), c = plan_jet_cos(roll);
     const struct plan_jet_vec left = frame->left, up = frame->up;
 
@@ -83,19 +80,6 @@ static void look_roll(struct plan_jet deg, struct plan_rig_frame *frame)
 }
 
 /* ---- what turns it ------------------------------------------------------- */
-
-static struct plan_jet_vec look_subject(const struct plan_tool_look *self,
-                                        int64_t t, int side)
-{
-    const struct plan_camera *look = self->tool->look;
-    struct plan_jet_vec at;
-
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        at.x[i] = look->look == PLAN_LOOK_SUBJECT
-                      ? plan_rig_track(&self->subject[i], t, side)
-                      : plan_jet_of(ldexp((double)look->point_q32[i], -32));
-    return at;
-}
 
 /* From key to key; before the first and after the last it stands. */
 static int look_keys(const struct plan_tool_look *self, int64_t t, int side,
@@ -179,9 +163,12 @@ int plan_tool_look_frame(const struct plan_tool_look *self, int64_t t_ns_q12,
         err = look_keys(self, t_ns_q12, side, frame);
     else
         err = look_level(
-            plan_jet_vec_sub(look_subject(self, t_ns_q12, side), point), frame);
+            plan_jet_vec_sub(
+                plan_keyed_subject(&self->keyed, tool->look, t_ns_q12, side),
+                point),
+            frame);
     if (err == MOTION_OK && tool->look->roll != NULL)
-        look_roll(plan_rig_track(&self->roll, t_ns_q12, side), frame);
+        look_roll(plan_keyed_roll(&self->keyed, t_ns_q12, side), frame);
     return err;
 }
 
@@ -237,23 +224,6 @@ static int look_open_keys(struct plan_tool_look *self)
     return err;
 }
 
-/* Tracks of what is keyed. */
-static int look_open_tracks(struct plan_tool_look *self)
-{
-    const struct plan_camera *look = self->tool->look;
-    int err = MOTION_OK;
-
-    if (look->roll != NULL)
-        err = plan_axis_track(look->roll, &self->roll, self->error);
-    for (int i = 0; i < PLAN_SPACE_AXES && err == MOTION_OK &&
-                    look->look == PLAN_LOOK_SUBJECT;
-         i++)
-        err = plan_axis_track(&look->following.subject[i], &self->subject[i],
-                              self->error);
-    self->error->axis = PLAN_AXES_MAX;
-    return err;
-}
-
 int plan_tool_look_init(struct plan_tool_look *self,
                         const struct plan_tool *tool,
                         const struct plan_drive *drive,
@@ -265,16 +235,14 @@ int plan_tool_look_init(struct plan_tool_look *self,
     *self = (struct plan_tool_look){ .tool = tool,
                                      .drive = drive,
                                      .error = along->error };
-    plan_track_init(&self->roll, 0);
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        plan_track_init(&self->subject[i], 0);
+    plan_keyed_init(&self->keyed);
     if (look == NULL)
         return MOTION_OK;
     self->is_view =
         look->look == PLAN_LOOK_KEYS
             ? look->orient.is_along
             : look->look != PLAN_LOOK_AT && look->look != PLAN_LOOK_SUBJECT;
-    err = look_open_tracks(self);
+    err = plan_keyed_open(&self->keyed, look, self->error);
     if (err == MOTION_OK && self->is_view)
         err = look_open_view(self);
     else if (err == MOTION_OK && look->look == PLAN_LOOK_KEYS)
@@ -282,8 +250,8 @@ int plan_tool_look_init(struct plan_tool_look *self,
     if (err < 0)
         return err;
     for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        plan_along_cause(along, &self->subject[i]);
-    plan_along_cause(along, &self->roll);
+        plan_along_cause(along, &self->keyed.subject[i]);
+    plan_along_cause(along, &self->keyed.roll);
     along->time_ns_q12 = self->time_ns_q12;
     along->times = self->times;
     return MOTION_OK;
@@ -291,9 +259,7 @@ int plan_tool_look_init(struct plan_tool_look *self,
 
 void plan_tool_look_free(struct plan_tool_look *self)
 {
-    for (int i = 0; i < PLAN_SPACE_AXES; i++)
-        plan_track_free(&self->subject[i]);
-    plan_track_free(&self->roll);
+    plan_keyed_free(&self->keyed);
     plan_turning_free(&self->turning);
     if (self->is_view)
         plan_view_free(&self->view);

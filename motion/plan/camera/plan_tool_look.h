@@ -11,6 +11,7 @@
 
 #include "motion/plan/camera/plan_along.h"
 #include "motion/plan/camera/plan_camera.h"
+#include "motion/plan/camera/plan_keyed.h"
 #include "motion/plan/camera/plan_view.h"
 
 /* It points into itself: not to be moved. */
@@ -18,7 +19,7 @@ struct plan_tool_look {
     const struct plan_tool *tool;
     const struct plan_drive *drive;
     struct plan_error *error;
-    struct motion_track subject[PLAN_SPACE_AXES], roll;
+    struct plan_keyed keyed;
     struct plan_turning turning; /* KEYS by time, */
     struct motion_quat mount;    /* and what they are turned from */
     bool is_view;                /* by the distance */

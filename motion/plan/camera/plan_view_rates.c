@@ -11,6 +11,7 @@
  * not where a second derivative steps, which the stencil makes a ramp of. */
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/curve/interval.h"
 #include "motion/plan/camera/plan_view.h"
 
 #define RATES_DEG_Q56 INT64_C(4128596020240314225) /* 180 / pi */
@@ -172,18 +173,13 @@ static bool rates_target(const struct plan_view *self, int64_t distance_q32,
 /* Where `distance` is between the borders, the stencil reaches none of them. */
 static bool rates_is_clear(const struct plan_view *self, int64_t distance_q32)
 {
-    uint32_t low = 0, high = self->borders;
+    const uint32_t low =
+        motion_interval_find(self->border_q32, sizeof *self->border_q32,
+                             self->borders, distance_q32);
 
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (self->border_q32[middle] <= distance_q32)
-            low = middle;
-        else
-            high = middle;
-    }
     return distance_q32 - self->border_q32[low] > 3 * self->step_q32 &&
-           (high == self->borders ||
-            self->border_q32[high] - distance_q32 > 3 * self->step_q32);
+           (low + 1 >= self->borders ||
+            self->border_q32[low + 1] - distance_q32 > 3 * self->step_q32);
 }
 
 /* Second derivatives do not step there: points where a curve is smooth do not

@@ -7,6 +7,7 @@
 
 #include "motion/core/err.h"
 #include "motion/curve/bake.h"
+#include "motion/double/double_interval.h"
 #include "motion/plan/fit/fit.h"
 #include "motion/plan/plan_track.h"
 #include "motion/plan/topp/topp_chain.h"
@@ -191,29 +192,17 @@ void plan_timing_free(struct plan_timing *timing)
 
 /* --- reading ----------------------------------------------------------------- */
 
-static uint32_t timing_find(const double at[], uint32_t spans, double x)
-{
-    uint32_t low = 0, high = spans;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (at[middle] <= x)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-
 /* The piece is that of the interval's middle, as s at its ends is rounded. */
 static void timing_topp_at(const struct plan_timing *timing, double t_s,
                            struct plan_topp_axis_state axis[])
 {
     const struct plan_topp *topp = &timing->topp;
     const struct plan_topp_path *path = &timing->path;
-    const uint32_t i = timing_find(topp->t, topp->intervals, t_s);
-    const uint32_t piece = timing_find(path->border, path->pieces,
-                                       (topp->s[i] + topp->s[i + 1]) / 2);
+    const uint32_t i =
+        double_interval_find(topp->t, sizeof *topp->t, topp->intervals, t_s);
+    const uint32_t piece =
+        double_interval_find(path->border, sizeof *path->border, path->pieces,
+                             (topp->s[i] + topp->s[i + 1]) / 2);
     struct plan_topp_state at;
 
     plan_topp_at(topp, t_s, &at);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_interval.h"
 #include "motion/plan/topp/topp_time.h"
 
 /* Of the intervals, which are placed by time, the others by w. */
@@ -91,15 +92,9 @@ static int grid_measure_even(const struct topp_chain *chain,
 static double grid_interpolate(const double x[], const double y[],
                                uint32_t points, double at)
 {
-    uint32_t low = 0, high = points - 1;
+    const uint32_t low = double_interval_find(x, sizeof *x, points - 1, at);
+    const uint32_t high = low + 1;
 
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (x[middle] <= at)
-            low = middle;
-        else
-            high = middle;
-    }
     return x[high] > x[low] ? y[low] + (y[high] - y[low]) * (at - x[low]) /
                                            (x[high] - x[low])
                             : y[low];

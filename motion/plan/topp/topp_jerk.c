@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_interval.h"
 #include "motion/plan/topp/topp_curve.h"
 #include "motion/plan/topp/topp_divide.h"
 #include "motion/plan/topp/topp_rows.h"
@@ -216,16 +217,8 @@ void plan_topp_law_free(struct plan_topp_law *law)
 static const struct plan_topp_run *jerk_find(const struct plan_topp_law *law,
                                              double t_s)
 {
-    uint32_t low = 0, high = law->runs;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (law->run[middle].start <= t_s)
-            low = middle;
-        else
-            high = middle;
-    }
-    return &law->run[low];
+    return &law->run[double_interval_find(&law->run->start, sizeof *law->run,
+                                          law->runs, t_s)];
 }
 
 static void jerk_on_line(const struct plan_topp_run *run, unsigned axes,
@@ -261,16 +254,11 @@ uint32_t plan_topp_law_knots(const struct plan_topp_law *law, uint32_t run,
 
 static uint32_t jerk_piece(const struct topp_chain *chain, double s)
 {
-    uint32_t low = chain->first, high = chain->last + 1;
+    const double *border = chain->path.border;
 
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (chain->path.border[middle] <= s)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    return chain->first +
+           double_interval_find(border + chain->first, sizeof *border,
+                                chain->last + 1 - chain->first, s);
 }
 
 static void jerk_on_curve(const struct plan_topp_run *run, double t_s,

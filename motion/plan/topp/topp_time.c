@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "motion/double/double_interval.h"
 #include "motion/double/double_math.h"
 #include "motion/plan/topp/topp.h"
 
@@ -52,19 +53,12 @@ static void topp_inside(const double x[3], double h, double t,
 void plan_topp_at(const struct plan_topp *topp, double t_s,
                   struct plan_topp_state *state)
 {
-    uint32_t low = 0, high = topp->intervals;
-
     if (!(t_s > 0))
         t_s = 0;
     if (t_s > plan_topp_duration(topp))
         t_s = plan_topp_duration(topp);
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (topp->t[middle] <= t_s)
-            low = middle;
-        else
-            high = middle;
-    }
+    const uint32_t low =
+        double_interval_find(topp->t, sizeof *topp->t, topp->intervals, t_s);
     topp_inside(topp->x[low], topp->s[low + 1] - topp->s[low],
                 t_s - topp->t[low], state);
     state->s += topp->s[low];
