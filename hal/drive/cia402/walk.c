@@ -106,6 +106,16 @@ static uint16_t drive_cia402_lost_word(const struct drive_cia402 *self)
                : 0x02;
 }
 
+/* What is latched, or is switched off on its way, may move by itself, and
+ * 0x605C may let it coast: 0x605A brakes. */
+static bool drive_cia402_goes_on(const struct drive_cia402 *self)
+{
+    return self->phase == DRIVE_CIA402_LATCHED ||
+           self->phase == DRIVE_CIA402_RESET ||
+           (self->request == HAL_DRIVE_REQUEST_OFF &&
+            !drive_cia402_mode(self)->streams && !drive_cia402_stands(self));
+}
+
 uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
 {
     const enum cia402_state power = drive_cia402_power(self);
@@ -123,13 +133,9 @@ uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
     if (power == CIA402_OPERATION_ENABLED && drive_cia402_is_enabled(self))
         return drive_cia402_words[power][self->request] |
                mode->ops->mode_word(self);
-    /* What is latched may move by itself, as in homing, and 0x605C may let it
-     * coast: 0x605A brakes. */
     if ((power == CIA402_QUICK_STOP_ACTIVE &&
          drive_cia402_still_brakes(self)) ||
-        (power == CIA402_OPERATION_ENABLED &&
-         (self->phase == DRIVE_CIA402_LATCHED ||
-          self->phase == DRIVE_CIA402_RESET)))
+        (power == CIA402_OPERATION_ENABLED && drive_cia402_goes_on(self)))
         return drive_cia402_words[power][HAL_DRIVE_REQUEST_QUICK_STOP];
     return drive_cia402_words[power][self->request];
 }

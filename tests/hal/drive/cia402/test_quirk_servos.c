@@ -110,7 +110,8 @@ static const struct row rows[] = {
       .says = "0x605A" },
     { .name = "605C = 0, Inovance SV660: disable coasts",
       .kind = { INITIAL({ KEY(0x605C, 0), 0 }), READ_ONLY(KEY(0x605C, 0)) },
-      .method = TO_SWITCH },
+      .method = TO_SWITCH,
+      .profile = true },
     { .name = "605D = 0: halt coasts",
       .kind = { INITIAL({ KEY(0x605D, 0), 0 }) },
       .method = TO_SWITCH,
@@ -950,6 +951,30 @@ static bool goes(struct bench *b)
     return b->controller.state == CONTROLLER_READY;
 }
 
+/* Off in the middle of such a motion. */
+static bool goes_off(struct bench *b)
+{
+    struct controller_axis *axis = &b->controller.axis[0];
+    const struct hal_drive_go go = { .pos_q32 =
+                                         where(b) - axis->offset_q32 + 60 * ONE,
+                                     .vel_q32 = 80 * ONE };
+
+    if (!b->row->profile)
+        return true;
+    axis->by_profile = true;
+    assert_true(mode_is(b, HAL_DRIVE_PROFILE_POSITION));
+    assert_int_equal(hal_drive_go(&b->drive.drive, &go), MOTION_OK);
+    ticks(b, 400 + (unsigned)(b->row->kind.sdo_ns / MS) * 5);
+    assert_true(fabs(b->servo.vel) > 10000);
+    hal_drive_request(&b->drive.drive, HAL_DRIVE_REQUEST_OFF);
+    assert_true(until(b, CONTROLLER_FAULT, 1000));
+    assert_true(no_torque(b, 1000));
+    axis->by_profile = false;
+    assert_int_equal(controller_reset(&b->controller), MOTION_OK);
+    assert_true(until(b, CONTROLLER_OFF, 20000));
+    return enabled(b);
+}
+
 /* Nobody speaks any more. */
 static void dies(struct bench *b)
 {
@@ -1004,8 +1029,8 @@ static bool lives(struct bench *b)
         if (cob != NULL && cob->value >> 31 == 0)
             fail_msg("%s: RPDO%u is left valid", b->row->name, k + 1);
     }
-    if (!comes_inside(b) || !enabled(b) || !moves(b) || !goes(b) || !homes(b) ||
-        !quick_stops(b) || !faults(b))
+    if (!comes_inside(b) || !enabled(b) || !moves(b) || !goes(b) ||
+        !goes_off(b) || !homes(b) || !quick_stops(b) || !faults(b))
         return false;
     assert_int_equal(controller_off(&b->controller), MOTION_OK);
     assert_true(no_torque(b, 200));
