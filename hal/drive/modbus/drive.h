@@ -128,7 +128,7 @@ struct drive_modbus_config {
     const struct modbus_map *map; /* outlives the drive */
     uint8_t unit;                 /* 1..247; 255 on TCP */
     /* from a process that may have been killed: it was this drive that it moved, and
-     * `disable` is the first thing that it hears */
+     * `stop` is the first thing that it hears, then `disable` */
     bool takes_over;
     /* one unit = counts_num / counts_den counts; num != 0 (negative: reversed),
      * den > 0 */

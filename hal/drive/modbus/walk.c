@@ -130,7 +130,8 @@ void drive_modbus_start(struct drive_modbus *self)
 void drive_modbus_take_over(struct drive_modbus *self)
 {
     self->identified = true;
-    self->start_at = DRIVE_MODBUS_STARTS - 1;
+    self->start_at = DRIVE_MODBUS_STARTS - 2;
+    self->off = DRIVE_MODBUS_OFF_STOP; /* it may be moving */
 }
 
 void drive_modbus_pursue(struct drive_modbus *self)

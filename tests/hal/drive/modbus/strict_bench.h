@@ -181,8 +181,26 @@ static inline void strict_bench_enable(struct strict_bench *bench)
     bench->asks_off = true;
 }
 
+enum strict_motion { STRICT_STREAMED, STRICT_GOING, STRICT_HOMING };
+
+/* 20 units away, at 2 units/s. */
+static inline void strict_bench_home(struct strict_bench *bench,
+                                     int64_t timeout_ns)
+{
+    const struct hal_drive_home home = { .timeout_ns = timeout_ns };
+
+    strict_bench_enable(bench);
+    bench->servo.speed = 2 * STRICT_COUNTS;
+    bench->servo.ramp = 20 * STRICT_COUNTS;
+    assert_int_equal(hal_drive_set_mode(&bench->drive.drive, HAL_DRIVE_HOMING),
+                     MOTION_OK);
+    assert_int_equal(hal_drive_home(&bench->drive.drive, &home), MOTION_OK);
+    strict_bench_run(bench, 600 * MS);
+    assert_true(bench->servo.homing);
+}
+
 /* 2 s into a streamed move, or 0.6 s into one of 20 units at 2 units/s. */
-static inline void strict_bench_move(struct strict_bench *bench, bool streamed)
+static inline void strict_bench_go(struct strict_bench *bench, bool streamed)
 {
     const struct hal_drive_go there = { .pos_q32 = 21 * UNIT_Q32,
                                         .vel_q32 = 2 * UNIT_Q32,
@@ -204,6 +222,15 @@ static inline void strict_bench_move(struct strict_bench *bench, bool streamed)
         assert_int_equal(hal_drive_go(&bench->drive.drive, &there), MOTION_OK);
         strict_bench_run(bench, 600 * MS);
     }
+}
+
+static inline void strict_bench_move(struct strict_bench *bench,
+                                     enum strict_motion motion)
+{
+    if (motion == STRICT_HOMING)
+        strict_bench_home(bench, 60000 * MS);
+    else
+        strict_bench_go(bench, motion == STRICT_STREAMED);
     if (bench->feedback.state != HAL_DRIVE_ENABLED)
         fail_msg("%s: %s", bench->map.title, bench->feedback.fault_text);
     assert_true(strict_modbus_moves(&bench->servo));

@@ -11,6 +11,7 @@
 #define ENABLE_NS       (80 * MS) /* the brake opens */
 #define STANDING        500.0     /* counts/s */
 #define FAR             400000    /* of a lie, counts */
+#define HOME_AWAY       200000    /* from where homing begins */
 #define ILLEGAL_ADDRESS 0x02
 #define DEVICE_FAILURE  0x04
 
@@ -88,6 +89,7 @@ static void torque_off(struct strict_modbus *self)
 static void brake(struct strict_modbus *self)
 {
     self->braking = true;
+    self->homing = false;
 }
 
 static void go_to(struct strict_modbus *self, uint32_t target, double speed,
@@ -98,8 +100,27 @@ static void go_to(struct strict_modbus *self, uint32_t target, double speed,
     self->target = (int32_t)target;
     self->path_speed = speed;
     self->path_ramp = ramp;
-    self->braking = false;
+    self->braking = self->homing = false;
     self->set_points++;
+}
+
+/* To its switch, by the speed and the ramp that it has been set to. */
+static void home(struct strict_modbus *self)
+{
+    if (!self->torque)
+        return;
+    self->target = self->pos - HOME_AWAY;
+    self->path_speed = self->speed;
+    self->path_ramp = self->ramp;
+    self->braking = self->homed = false;
+    self->homing = true;
+}
+
+static void home_reached(struct strict_modbus *self)
+{
+    self->homing = false;
+    self->homed = true;
+    self->pos = self->target = 0;
 }
 
 /* ---- Lexium 32 ---- */
@@ -158,6 +179,9 @@ static void lexium_control(struct strict_modbus *self)
         ((control & 0x20) != 0 || !on_its_way(self)))
         go_to(self, high_first(self, LX_TARGET),
               high_first(self, LX_SPEED) * 16384.0 / 60, self->ramp);
+    if (bit4 && !self->set_point_bit && high_first(self, LX_MODE) == 6 &&
+        self->power == STRICT_OPERATION_ENABLED)
+        home(self);
     self->set_point_bit = bit4;
     self->reset_bit = bit7;
 }
@@ -190,6 +214,8 @@ static void lexium_say(struct strict_modbus *self)
 
     if (!on_its_way(self))
         status |= 0x4000 | 0x0400; /* x_end, target reached */
+    if (self->homed)
+        status |= 0x8000; /* ref_ok */
     put_high_first(self, LX_STATUS, status);
     put_high_first(self, LX_POSITION, position_of(self));
     put_high_first(self, LX_ALARM, self->alarm ? 0x0001 : 0);
@@ -257,6 +283,8 @@ static uint8_t el7_set(struct strict_modbus *self, uint16_t at)
         el7_path(self);
     else if (at == EL_TRIGGER && self->reg[at] == 0x40)
         brake(self);
+    else if (at == EL_TRIGGER && self->reg[at] == 0x20)
+        home(self);
     else if (at == EL_RESET && self->reg[at] == 0x1111) {
         self->alarm = false;
         el7_input(self);
@@ -267,8 +295,9 @@ static uint8_t el7_set(struct strict_modbus *self, uint16_t at)
 static void el7_say(struct strict_modbus *self)
 {
     self->reg[EL_ALARM] = self->alarm ? 0x0E0 : 0;
-    self->reg[EL_STATE] = (uint16_t)((self->alarm ? 0x04 : 0x01) |
-                                     (on_its_way(self) ? 0x02 : 0x10));
+    self->reg[EL_STATE] =
+        (uint16_t)((self->alarm ? 0x04 : 0x01) |
+                   (on_its_way(self) ? 0x02 : 0x10) | (self->homed ? 0x08 : 0));
     put_high_first(self, EL_POSITION, position_of(self));
 }
 
@@ -292,6 +321,8 @@ static void asda_start(struct strict_modbus *self)
 
     if (path == 1000)
         brake(self);
+    else if (path == 0)
+        home(self);
     else if (path == 1 || path == 5)
         go_to(self, low_first(self, path == 1 ? DE_PR1 : DE_PR5), self->speed,
               self->ramp);
@@ -332,6 +363,8 @@ static void asda_say(struct strict_modbus *self)
         outputs |= 0x010;
     if (self->alarm)
         outputs |= 0x040;
+    if (self->homed)
+        outputs |= 0x100;
     self->reg[DE_OUTPUTS] = outputs;
     self->reg[DE_ALARM] = self->alarm ? 0x001 : 0;
     put_low_first(self, DE_POSITION, position_of(self));
@@ -347,10 +380,14 @@ static void az_inputs(struct strict_modbus *self)
 {
     const uint32_t inputs = high_first(self, AZ_INPUTS);
     const bool excited = (inputs & 0x04) != 0; /* C-ON */
+    const bool home_input = (inputs & 0x10) != 0;
 
     self->stop_input = (inputs & 0x20) != 0;
     if (self->stop_input)
         brake(self);
+    else if (home_input && !self->home_input)
+        home(self);
+    self->home_input = home_input;
     if ((inputs & 0x40) != 0) { /* FREE */
         torque_off(self);
         self->fell = true;
@@ -393,6 +430,8 @@ static void az_say(struct strict_modbus *self)
         outputs |= 0x0020; /* READY */
     if (self->alarm)
         outputs |= 0x0080;
+    if (self->homed)
+        outputs |= 0x0010;
     if (on_its_way(self))
         outputs |= 0x2000;
     else
@@ -526,6 +565,8 @@ static void profile(struct strict_modbus *self)
         fabs(self->vel) <= 2 * step + STANDING) {
         self->pos = self->target;
         self->vel = 0;
+        if (self->homing)
+            home_reached(self);
     }
 }
 
@@ -589,6 +630,7 @@ void strict_modbus_reboot(struct strict_modbus *self)
 
     memset(self->reg, 0, sizeof self->reg);
     self->torque = self->enabling = self->alarm = self->stop_input = false;
+    self->homing = self->homed = self->home_input = false;
     self->set_point_bit = self->reset_bit = false;
     self->vel = 0;
     set_up(self);

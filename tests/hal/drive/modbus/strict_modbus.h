@@ -57,6 +57,7 @@ struct strict_modbus {
 
     /* what a test looks at */
     bool torque, fell;   /* fell: no torque and the brake open */
+    bool homing, homed;  /* by itself */
     unsigned cuts;       /* times that torque went in motion */
     unsigned energised;  /* times that it came */
     unsigned set_points; /* taken */
@@ -67,6 +68,7 @@ struct strict_modbus {
     uint16_t reg[65536];
     enum strict_modbus_power power;
     bool alarm, enabling, braking, stop_input, set_point_bit, reset_bit;
+    bool home_input;
     int64_t due_ns, enabled_ns, heard_ns;
     double target, path_speed, path_ramp;
 };

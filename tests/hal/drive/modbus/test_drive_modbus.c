@@ -65,7 +65,7 @@ static void every_map_starts_enables_and_lets_go(void **state)
 }
 
 /* Nothing has been read then, not even who it is. */
-static void every_map_that_is_taken_over_is_disabled_first(void **state)
+static void every_map_that_is_taken_over_is_stopped_first(void **state)
 {
     (void)state;
     for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
@@ -82,7 +82,7 @@ static void every_map_that_is_taken_over_is_disabled_first(void **state)
         node->ops->step(node, bench.world.now_ns);
         assert_true(
             node->ops->next_request(node, bench.world.now_ns, &first, &cookie));
-        step = bench.map.sequence[MODBUS_SEQUENCE_disable].step;
+        step = bench.map.sequence[MODBUS_SEQUENCE_stop].step;
         modbus_map_put_write(&bench.map.item[step->item], step->value, &want);
         assert_int_equal(first.function, want.function);
         assert_int_equal(first.address, want.address);
@@ -543,7 +543,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_map_starts_enables_and_lets_go),
-        cmocka_unit_test(every_map_that_is_taken_over_is_disabled_first),
+        cmocka_unit_test(every_map_that_is_taken_over_is_stopped_first),
         cmocka_unit_test(every_map_follows_a_streamed_move),
         cmocka_unit_test(every_map_goes_point_to_point),
         cmocka_unit_test(a_halt_ends_a_go_and_the_next_one_starts),

@@ -43,6 +43,11 @@ static void position_jumps(void)
     bench.servo.lies = true;
 }
 
+static void alarm_of_its_own(void)
+{
+    strict_modbus_alarm(&bench.servo);
+}
+
 static void refuses_motion(void)
 {
     const struct hal_drive_go other = { .pos_q32 = 20 * UNIT_Q32,
@@ -51,11 +56,6 @@ static void refuses_motion(void)
     bench.servo.refuses_motion = true;
     if (!bench.streams)
         assert_int_equal(hal_drive_go(&bench.drive.drive, &other), MOTION_OK);
-}
-
-static void alarm_of_its_own(void)
-{
-    strict_modbus_alarm(&bench.servo);
 }
 
 static void refuses_to_go_off(void)
@@ -100,9 +100,10 @@ static void heal(void)
 }
 
 enum {
-    STAYS = 1 << 0,     /* it never ends */
-    LOSES = 1 << 1,     /* OFFLINE, or FAULT and LOST */
-    REQUESTED = 1 << 2, /* ends in OFF */
+    STAYS = 1 << 0,      /* it never ends */
+    LOSES = 1 << 1,      /* OFFLINE, or FAULT and LOST */
+    REQUESTED = 1 << 2,  /* ends in OFF */
+    NOT_HOMING = 1 << 3, /* which has no set points, and may jump */
 };
 
 static const struct {
@@ -120,9 +121,9 @@ static const struct {
     { "wrong CRC for ever", wrong_crc, LOSES | STAYS },
     { "noise for ever", noise, LOSES | STAYS },
     { "rebooted meanwhile", rebooted_unheard, LOSES },
-    { "position jumps", position_jumps, LOSES | STAYS },
-    { "refuses to go off for 1 s", refuses_to_go_off, LOSES },
-    { "exception on a set point", refuses_motion, STAYS },
+    { "position jumps", position_jumps, LOSES | STAYS | NOT_HOMING },
+    { "refuses to go off for 1 s", refuses_to_go_off, LOSES | NOT_HOMING },
+    { "exception on a set point", refuses_motion, STAYS | NOT_HOMING },
     { "alarm", alarm_of_its_own, STAYS },
     { "quick stop, then off", quick_stop_then_off, REQUESTED },
     { "quick stop to rest, then off", quick_stop_to_rest_then_off, REQUESTED },
@@ -130,40 +131,45 @@ static const struct {
 
 /* ---- what must hold ---- */
 
-static void complain(const char *trouble, bool streamed, const char *what)
+static const char *const motion_text[] = { "streamed", "point to point",
+                                           "homing" };
+
+static void complain(const char *trouble, enum strict_motion motion,
+                     const char *what)
 {
-    fail_msg("%s, %s, %s: %s; %s: %s", bench.map.title,
-             streamed ? "streamed" : "point to point", trouble, what,
-             hal_drive_state_text(bench.feedback.state),
+    fail_msg("%s, %s, %s: %s; %s: %s", bench.map.title, motion_text[motion],
+             trouble, what, hal_drive_state_text(bench.feedback.state),
              bench.feedback.fault_text);
 }
 
-static void expect_dark(const char *trouble, bool streamed, unsigned how)
+static void expect_dark(const char *trouble, enum strict_motion motion,
+                        unsigned how)
 {
     const bool lost = bench.drive.phase == DRIVE_MODBUS_LOST;
     const char *text = bench.feedback.fault_text;
 
     if (bench.servo.torque || bench.servo.enabling)
-        complain(trouble, streamed, "torque");
+        complain(trouble, motion, "torque");
     if (bench.servo.cuts > 0)
-        complain(trouble, streamed, "torque was taken in motion");
+        complain(trouble, motion, "torque was taken in motion");
     if (bench.servo.fell)
-        complain(trouble, streamed, "its brake is open");
+        complain(trouble, motion, "its brake is open");
     if ((how & REQUESTED) != 0 ? bench.feedback.state != HAL_DRIVE_OFF
                                : !strict_bench_is_down(&bench))
-        complain(trouble, streamed, "the state");
+        complain(trouble, motion, "the state");
     if (lost != ((how & LOSES) != 0))
-        complain(trouble, streamed, "lost, or not");
+        complain(trouble, motion, "lost, or not");
     if (lost && strstr(text, "lost, then switched off: ") != text &&
         (strstr(text, "lost; trying to switch it off: ") != text ||
          (how & STAYS) == 0))
-        complain(trouble, streamed, "the text");
+        complain(trouble, motion, "the text");
 }
 
-static void run_trouble(enum strict_modbus_kind kind, bool streamed, unsigned i)
+static void run_trouble(enum strict_modbus_kind kind, enum strict_motion motion,
+                        unsigned i)
 {
     strict_bench_init(&bench, kind);
-    strict_bench_move(&bench, streamed);
+    strict_bench_move(&bench, motion);
     troubles[i].begin();
     if ((troubles[i].how & STAYS) != 0) {
         strict_bench_run(&bench, 6000 * MS);
@@ -172,14 +178,14 @@ static void run_trouble(enum strict_modbus_kind kind, bool streamed, unsigned i)
         heal();
         strict_bench_run(&bench, 4000 * MS);
     }
-    expect_dark(troubles[i].name, streamed, troubles[i].how);
+    expect_dark(troubles[i].name, motion, troubles[i].how);
     /* and it stays so, whatever comes of it */
     bench.servo.energised = bench.servo.set_points = 0;
     heal();
     strict_bench_run(&bench, 5000 * MS);
     if (bench.servo.energised > 0 || bench.servo.set_points > 0 ||
         bench.servo.torque)
-        complain(troubles[i].name, streamed, "it came to life again");
+        complain(troubles[i].name, motion, "it came to life again");
 }
 
 static void no_strict_servo_keeps_its_torque(void **state)
@@ -187,21 +193,86 @@ static void no_strict_servo_keeps_its_torque(void **state)
     (void)state;
     for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++)
         for (unsigned i = 0; i < ARRAY_LEN(troubles); i++) {
-            run_trouble((enum strict_modbus_kind)kind, true, i);
-            run_trouble((enum strict_modbus_kind)kind, false, i);
+            run_trouble((enum strict_modbus_kind)kind, STRICT_STREAMED, i);
+            run_trouble((enum strict_modbus_kind)kind, STRICT_GOING, i);
+            if ((troubles[i].how & NOT_HOMING) == 0)
+                run_trouble((enum strict_modbus_kind)kind, STRICT_HOMING, i);
         }
 }
 
-/* By its own profile it comes to rest first, as it can be stopped. */
-static void off_in_a_profile_stops_first(void **state)
+/* By its own profile, and to its home, it comes to rest first, as it can be
+ * stopped. */
+static void off_in_a_motion_of_its_own_stops_first(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 2 * ARRAY_LEN(strict_map); i++) {
+        const enum strict_motion motion =
+            i % 2 == 0 ? STRICT_GOING : STRICT_HOMING;
+
+        strict_bench_init(&bench, (enum strict_modbus_kind)(i / 2));
+        strict_bench_move(&bench, motion);
+        off();
+        strict_bench_run(&bench, 2000 * MS);
+        assert_false(bench.servo.homed);
+        expect_dark("off", motion, REQUESTED);
+    }
+}
+
+static void a_homing_that_takes_too_long_stops_first(void **state)
 {
     (void)state;
     for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++) {
         strict_bench_init(&bench, (enum strict_modbus_kind)kind);
-        strict_bench_move(&bench, false);
+        strict_bench_home(&bench, 800 * MS);
+        strict_bench_until(&bench, HAL_DRIVE_FAULT);
+        assert_string_equal(bench.feedback.fault_text, "not at home in time");
+        strict_bench_run(&bench, 2000 * MS);
+        expect_dark("too long", STRICT_HOMING, 0);
+    }
+}
+
+/* In the middle of what the halt does.  A map without one halts nothing. */
+static void off_after_a_halt_stops_first(void **state)
+{
+    (void)state;
+    for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++) {
+        strict_bench_init(&bench, (enum strict_modbus_kind)kind);
+        strict_bench_move(&bench, STRICT_HOMING);
+        assert_int_equal(hal_drive_halt(&bench.drive.drive),
+                         kind == STRICT_LEXIUM ? MOTION_E_EMPTY : MOTION_OK);
+        strict_bench_run(&bench, 30 * MS);
         off();
         strict_bench_run(&bench, 2000 * MS);
-        expect_dark("off", false, REQUESTED);
+        expect_dark("halt, then off", STRICT_HOMING, REQUESTED);
+    }
+}
+
+/* Who moved it is gone, killed or hung; another looks for it. */
+static void take_over(void)
+{
+    struct drive_modbus_config config = bench.drive.config;
+    struct hal_modbus_reply reply;
+
+    sim_world_run(&bench.world, bench.world.now_ns + 200 * MS);
+    while (hal_modbus_collect(&bench.master.modbus, &reply) == 1)
+        ;
+    bench.streams = bench.asks_off = false;
+    config.takes_over = true;
+    assert_int_equal(modbus_bus_init(&bench.bus, &bench.master.modbus, 2), 0);
+    assert_int_equal(drive_modbus_init(&bench.drive, &bench.bus, &config), 0);
+}
+
+static void one_that_is_taken_over_stops_first(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 3 * ARRAY_LEN(strict_map); i++) {
+        const enum strict_motion motion = (enum strict_motion)(i % 3);
+
+        strict_bench_init(&bench, (enum strict_modbus_kind)(i / 3));
+        strict_bench_move(&bench, motion);
+        take_over();
+        strict_bench_run(&bench, 3000 * MS);
+        expect_dark("taken over", motion, REQUESTED);
     }
 }
 
@@ -211,7 +282,7 @@ static void a_reset_finds_it_again(void **state)
     (void)state;
     for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++) {
         strict_bench_init(&bench, (enum strict_modbus_kind)kind);
-        strict_bench_move(&bench, true);
+        strict_bench_move(&bench, STRICT_STREAMED);
         deaf();
         strict_bench_until(&bench, HAL_DRIVE_OFFLINE);
         hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_RESET);
@@ -238,7 +309,7 @@ static void a_lost_drive_leaves_most_of_the_line(void **state)
 
     (void)state;
     strict_bench_init(&bench, STRICT_EL7);
-    strict_bench_move(&bench, true);
+    strict_bench_move(&bench, STRICT_STREAMED);
     deaf();
     strict_bench_until(&bench, HAL_DRIVE_OFFLINE);
     before = bench.master.stats.transactions;
@@ -266,7 +337,7 @@ static void asda_streams_without_a_write_to_its_eeprom(void **state)
 {
     (void)state;
     strict_bench_init(&bench, STRICT_ASDA);
-    strict_bench_move(&bench, true);
+    strict_bench_move(&bench, STRICT_STREAMED);
     strict_bench_run(&bench, 3000 * MS);
     assert_true(bench.servo.set_points > 20);
     assert_int_equal(bench.servo.eeprom, 0);
@@ -327,7 +398,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_strict_servo_keeps_its_torque),
-        cmocka_unit_test(off_in_a_profile_stops_first),
+        cmocka_unit_test(off_in_a_motion_of_its_own_stops_first),
+        cmocka_unit_test(a_homing_that_takes_too_long_stops_first),
+        cmocka_unit_test(off_after_a_halt_stops_first),
+        cmocka_unit_test(one_that_is_taken_over_stops_first),
         cmocka_unit_test(a_reset_finds_it_again),
         cmocka_unit_test(a_lost_drive_leaves_most_of_the_line),
         cmocka_unit_test(a_drive_that_fails_identify_is_left_alone),
