@@ -37,18 +37,35 @@ static void moteus_put_mode(struct hal_can_frame *frame, enum moteus_mode mode)
     moteus_frame_write(frame, MOTEUS_INT8, MOTEUS_MODE, &value, 1);
 }
 
-/* A set point is to be reached as it is: no limits of its own (negative). */
+/* It is to be reached as it is: no limits of its own (negative). */
+static void moteus_put_target(struct hal_can_frame *frame, uint16_t watchdog_ms,
+                              const uint32_t target[3])
+{
+    const uint32_t limits[3] = { watchdog_ms, UINT32_MAX, UINT32_MAX };
+
+    moteus_put_mode(frame, MOTEUS_MODE_POSITION);
+    moteus_frame_write(frame, MOTEUS_FLOAT, MOTEUS_COMMAND_POSITION, target, 3);
+    moteus_frame_write(frame, MOTEUS_INT16, MOTEUS_COMMAND_TIMEOUT, limits, 3);
+}
+
 void drive_moteus_put_point(struct hal_can_frame *frame, uint16_t watchdog_ms,
                             const struct drive_turn_point *point)
 {
     const uint32_t target[3] = { moteus_float(point->pos_q32),
                                  moteus_float(point->vel_q32),
                                  moteus_torque(point->torque_mnm) };
-    const uint32_t limits[3] = { watchdog_ms, UINT32_MAX, UINT32_MAX };
 
-    moteus_put_mode(frame, MOTEUS_MODE_POSITION);
-    moteus_frame_write(frame, MOTEUS_FLOAT, MOTEUS_COMMAND_POSITION, target, 3);
-    moteus_frame_write(frame, MOTEUS_INT16, MOTEUS_COMMAND_TIMEOUT, limits, 3);
+    moteus_put_target(frame, watchdog_ms, target);
+}
+
+/* From wherever it is. */
+static void moteus_put_slow(const struct drive_moteus *self,
+                            struct hal_can_frame *frame)
+{
+    const uint32_t target[3] = { HAL_FLOAT32_NAN,
+                                 moteus_float(self->turn.target_vel_q32), 0 };
+
+    moteus_put_target(frame, self->watchdog_ms, target);
 }
 
 /* Without a number: as it is configured. */
@@ -97,6 +114,8 @@ static void moteus_put_order(struct drive_moteus *self,
         self->stopping = false;
     } else if (!wanted || !moteus_takes_targets(self)) {
         return;
+    } else if (self->turn.motion == DRIVE_TURN_SLOW) {
+        moteus_put_slow(self, frame);
     } else if (self->turn.motion == DRIVE_TURN_GO) {
         moteus_put_go(self, frame);
         if (self->turn.go.sent_ns == 0)

@@ -22,22 +22,24 @@ static struct drive_odrive *odrive_of(struct drive_turn *turn)
 /* ---- on and off ---- */
 
 /* The input before the state: an old one would be chased. */
-void odrive_arm(struct drive_turn *turn, bool again)
+static void odrive_close_loop(struct drive_turn *turn)
 {
     struct drive_odrive *self = odrive_of(turn);
-    uint8_t input[8] = { 0 };
 
-    if (!again)
-        return;
-    drive_turn_stand(turn);
-    hal_float32_put(input, hal_float32_from_fixed(
-                               drive_turn_raw_q32(turn, turn->target_q32), 32));
     (void)odrive_send_u32(self, ODRIVE_SET_MODE, ODRIVE_CONTROL_POSITION,
                           ODRIVE_PASSTHROUGH, 2);
-    (void)odrive_send(self, ODRIVE_SET_INPUT_POS, input, sizeof input);
+    odrive_send_target(self);
     (void)odrive_send_u32(self, ODRIVE_SET_AXIS_STATE, ODRIVE_CLOSED_LOOP, 0,
                           1);
     self->passes = true;
+}
+
+void odrive_arm(struct drive_turn *turn, bool again)
+{
+    if (!again)
+        return;
+    drive_turn_stand(turn);
+    odrive_close_loop(turn);
 }
 
 static void odrive_disarm(struct drive_turn *turn, bool again)
@@ -73,6 +75,7 @@ static const struct drive_turn_ops odrive_turn_ops = {
     .disarm = odrive_disarm,
     .clear = odrive_clear,
     .seek = odrive_seek,
+    .break_off = odrive_close_loop,
 };
 
 /* ---- init ---- */

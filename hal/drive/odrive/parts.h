@@ -31,7 +31,7 @@ enum odrive_state {
     ODRIVE_HOMING = 11,
 };
 
-enum odrive_control { ODRIVE_CONTROL_POSITION = 3 };
+enum odrive_control { ODRIVE_CONTROL_VELOCITY = 2, ODRIVE_CONTROL_POSITION };
 enum odrive_input { ODRIVE_PASSTHROUGH = 1, ODRIVE_TRAPEZOIDAL = 5 };
 
 /* ---- odrive_wire.c: frames ---- */
@@ -42,6 +42,9 @@ int odrive_send(struct drive_odrive *self, enum odrive_command command,
                 const uint8_t *data, unsigned length);
 int odrive_send_u32(struct drive_odrive *self, enum odrive_command command,
                     uint32_t first, uint32_t second, unsigned count);
+
+/* The set point of now. */
+void odrive_send_target(struct drive_odrive *self);
 
 /* Is there an error by the last heartbeat, and which? */
 void odrive_say(struct drive_odrive *self);

@@ -174,6 +174,8 @@ int odrive_start_step(struct drive_turn *turn)
             return MOTION_E_AGAIN;
         odrive_start_next(self, DRIVE_ODRIVE_FOUND);
         odrive_say(self);
+        if (self->axis_state == ODRIVE_HOMING)
+            turn->motion = DRIVE_TURN_HOME;
         return MOTION_OK;
     case DRIVE_ODRIVE_FOUND:
         break;

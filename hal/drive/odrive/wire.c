@@ -91,7 +91,7 @@ void drive_odrive_put_point(struct hal_can_frame *frame, uint8_t node,
     odrive_put_i16(&frame->data[6], point->torque_mnm);
 }
 
-static void odrive_send_target(struct drive_odrive *self)
+void odrive_send_target(struct drive_odrive *self)
 {
     const struct drive_turn_point point = drive_turn_point(&self->turn);
     struct hal_can_frame frame;
@@ -100,14 +100,27 @@ static void odrive_send_target(struct drive_odrive *self)
     (void)can_bus_send(&self->node, &frame);
 }
 
-/* After a go, back to our own set points: the mode first. */
+/* Of a drive that may not hear each frame: both in every cycle.  The input
+ * first, as that of a go is 0. */
+static void odrive_slow(struct drive_odrive *self)
+{
+    const uint32_t vel = hal_float32_from_fixed(self->turn.target_vel_q32, 32);
+
+    (void)odrive_send_u32(self, ODRIVE_SET_INPUT_VEL, vel, 0, 2);
+    (void)odrive_send_u32(self, ODRIVE_SET_MODE, ODRIVE_CONTROL_VELOCITY,
+                          ODRIVE_PASSTHROUGH, 2);
+    self->passes = false;
+}
+
+/* After a go, back to our own set points: the first one before the mode, which
+ * would make for the place of the go. */
 static void odrive_pass(struct drive_odrive *self)
 {
+    odrive_send_target(self);
     if (!self->passes &&
         odrive_send_u32(self, ODRIVE_SET_MODE, ODRIVE_CONTROL_POSITION,
                         ODRIVE_PASSTHROUGH, 2) == MOTION_OK)
         self->passes = true;
-    odrive_send_target(self);
 }
 
 static uint32_t odrive_ramp(int64_t acc_q32)
@@ -147,7 +160,9 @@ static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
     (void)now_ns;
     if (!drive_turn_next(&self->turn) || self->turn.motion == DRIVE_TURN_HOME)
         return;
-    if (self->turn.motion != DRIVE_TURN_GO)
+    if (self->turn.motion == DRIVE_TURN_SLOW)
+        odrive_slow(self);
+    else if (self->turn.motion != DRIVE_TURN_GO)
         odrive_pass(self);
     else if (self->turn.go.sent_ns == 0)
         odrive_send_go(self);
@@ -279,6 +294,8 @@ static void odrive_note_done(struct drive_odrive *self, const uint8_t data[8],
 static void odrive_take_heartbeat(struct drive_odrive *self,
                                   const uint8_t data[8], int64_t now_ns)
 {
+    if (self->axis_state == ODRIVE_HOMING && data[4] != ODRIVE_HOMING)
+        self->passes = false; /* it restores the mode of before */
     self->heartbeat_ns = now_ns;
     self->error = hal_float32_get(data);
     self->axis_state = data[4];

@@ -11,16 +11,24 @@
  *                                       took too long
  *
  * A drive that was LOST may hear all the same.  One that followed set points is
- * ramped down by them, from the last one on; then, and at once where it moved
- * by its own profile, whose progress cannot be read, it is disarmed every
- * 150 ms until it says that it has no torque.  A reset meanwhile looks for it
- * anew and goes on disarming it until it is found.
+ * ramped down by them, from the last one on; one that moved by its own profile
+ * from where it is, while that is still heard, else by its velocity alone, from
+ * the one that was heard last.  Then it is disarmed every 150 ms until it says
+ * that it has no torque.  A reset meanwhile looks for it anew and goes on
+ * disarming it until it is found.
  *
  * The wire part says what it hears (armed, alarmed, where it is) and has five
  * calls that send; this part is everything else.  A quick stop is a ramp of our
  * own: these drives have none that is both braked and requested in one frame.
  * It starts at the last set point, or where the axis is while the drive moves
- * by its own profile; when the bus is dead, the drive's watchdog has to do.
+ * by its own profile or homes, which it leaves for set points then; when the bus
+ * is dead, the drive's watchdog has to do.
+ *
+ * Request OFF takes torque off at once (stop category 0), but for an axis that
+ * moves by the drive's own profile, homes, or brakes by a quick stop: that is
+ * ramped down first.  A homing whose drive does not take set points within
+ * state_timeout_ns, or that is lost and not heard any more, is disarmed as it
+ * is.
  *
  * Which set point was in force when the position was measured: the newest that
  * had been given latency_ns before.  A drive that `extrapolates` goes on from
@@ -62,8 +70,9 @@ enum drive_turn_phase {
 enum drive_turn_motion {
     DRIVE_TURN_FOLLOW, /* the set points; without a new one it stands */
     DRIVE_TURN_RAMP,   /* to standstill, then FOLLOW */
-    DRIVE_TURN_GO,     /* by the drive's profile, to or at go */
-    DRIVE_TURN_HOME,   /* by the drive itself */
+    DRIVE_TURN_SLOW, /* the same by velocity alone: where it is is not known */
+    DRIVE_TURN_GO,   /* by the drive's profile, to or at go */
+    DRIVE_TURN_HOME, /* by the drive itself */
 };
 
 struct drive_turn;
@@ -72,7 +81,8 @@ struct drive_turn;
 struct drive_turn_ops {
     unsigned modes; /* 1 << enum hal_drive_mode: those it has */
     void (*start)(struct drive_turn *self); /* look for it anew */
-    /* Every cycle until MOTION_OK; MOTION_E_AGAIN; else fault_text is said. */
+    /* Every cycle until MOTION_OK; MOTION_E_AGAIN; else fault_text is said.  One
+     * that homes is left with `motion` saying so. */
     int (*start_step)(struct drive_turn *self);
     /* Every cycle while it is to be armed and is not, and so on: send it when
      * `again`, which is at first and then every so often. */
@@ -83,6 +93,9 @@ struct drive_turn_ops {
      * again at its end: MOTION_OK; MOTION_E_AGAIN; MOTION_E_REFUSED: it failed,
      * but is armed; else fault_text is said.  NULL: it has no homing. */
     int (*seek)(struct drive_turn *self);
+    /* Out of a homing: follow set points, from the one of now on.  Where there is
+     * a seek. */
+    void (*break_off)(struct drive_turn *self);
 };
 
 /* A set point as it is written on the wire: in turns, as the drive counts. */
@@ -141,11 +154,12 @@ struct drive_turn {
         int64_t sent_ns; /* by the wire part; 0: not yet */
     } go;
     struct {
-        unsigned step;    /* the wire part's own */
-        int64_t pos_q32;  /* of the home point */
-        int64_t since_ns; /* of the step */
-        int64_t deadline_ns;
+        unsigned step;       /* the wire part's own */
+        int64_t pos_q32;     /* of the home point */
+        int64_t since_ns;    /* of the step */
+        int64_t deadline_ns; /* of all of it; of breaking it off */
         bool halted;
+        bool broken_off, told; /* it is ramped down; the drive was told so */
     } home;
     int64_t origin_q32; /* of our positions, where the drive has 0 */
     struct drive_turn_past past[DRIVE_TURN_HISTORY];

@@ -6,6 +6,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
+#define NS_PER_S INT64_C(1000000000)
 /* Slower is standing: 1/64 turn/s, above the noise of a velocity estimate. */
 #define STANDING_Q32 (MOTION_FIXED_ONE_Q32 / 64)
 /* Turns, and turns/s: more is no motor. */
@@ -17,14 +18,34 @@ void drive_turn_stand(struct drive_turn *self)
     self->target_q32 = self->actual_q32;
     self->target_vel_q32 = 0;
     self->target_torque_mnm = 0;
+    self->home.broken_off = false;
     self->given = false;
     self->past_count = 0;
 }
 
+/* From where it was measured to where it is when a set point of now reaches
+ * it. */
+static int64_t motion_since_q32(const struct drive_turn *self)
+{
+    const int64_t since_ns =
+        self->now_ns - self->actual_ns + self->config.latency_ns;
+    int64_t distance_q32 = 0;
+
+    if (since_ns > 0 && since_ns < NS_PER_S)
+        (void)motion_fixed_mulshift(since_ns * 2305843009, self->actual_vel_q32,
+                                    61, &distance_q32); /* 1e-9 2^61 */
+    return distance_q32;
+}
+
 void drive_turn_brake(struct drive_turn *self)
 {
-    if (self->motion != DRIVE_TURN_FOLLOW) {
-        self->target_q32 = self->actual_q32;
+    if (self->motion == DRIVE_TURN_HOME) {
+        self->home.broken_off = true;
+        self->home.told = false;
+        self->home.deadline_ns = self->now_ns + self->config.state_timeout_ns;
+    }
+    if (self->motion != DRIVE_TURN_FOLLOW || self->home.broken_off) {
+        self->target_q32 = self->actual_q32 + motion_since_q32(self);
         self->target_vel_q32 = self->actual_vel_q32;
     }
     self->motion = DRIVE_TURN_RAMP;
@@ -36,8 +57,12 @@ void drive_turn_brake(struct drive_turn *self)
 bool drive_turn_is_standing(const struct drive_turn *self)
 {
     return self->actual_vel_q32 <= STANDING_Q32 &&
-           self->actual_vel_q32 >= -STANDING_Q32 &&
-           self->motion != DRIVE_TURN_RAMP;
+           self->actual_vel_q32 >= -STANDING_Q32 && !drive_turn_ramps(self);
+}
+
+bool drive_turn_ramps(const struct drive_turn *self)
+{
+    return self->motion == DRIVE_TURN_RAMP || self->motion == DRIVE_TURN_SLOW;
 }
 
 /* v goes to 0 by a step a tick; the displacement is that of the mean speed.  |v| stays
@@ -91,15 +116,18 @@ static void motion_follow(struct drive_turn *self)
 bool drive_turn_next(struct drive_turn *self)
 {
     const bool lost = self->phase == DRIVE_TURN_LOST;
-    const bool wanted =
-        lost ? self->motion == DRIVE_TURN_RAMP
-             : self->armed || (self->phase == DRIVE_TURN_RUN &&
-                               self->request == HAL_DRIVE_REQUEST_ENABLE);
+    const bool slows = self->motion == DRIVE_TURN_SLOW;
+    const bool wanted = lost ? drive_turn_ramps(self)
+                             : self->armed || self->home.broken_off ||
+                                   (self->phase == DRIVE_TURN_RUN &&
+                                    self->request == HAL_DRIVE_REQUEST_ENABLE);
 
     if (self->motion == DRIVE_TURN_FOLLOW)
         motion_follow(self);
-    else if (self->motion == DRIVE_TURN_RAMP)
+    else if (drive_turn_ramps(self))
         motion_ramp(self);
+    if (slows && self->motion == DRIVE_TURN_FOLLOW)
+        return false; /* it has no place to follow to */
     return wanted && self->phase != DRIVE_TURN_START;
 }
 

@@ -20,6 +20,8 @@ void drive_turn_pursue(struct drive_turn *self);
 /* Brakes from where the set points are, or the axis is. */
 void drive_turn_brake(struct drive_turn *self);
 bool drive_turn_is_standing(const struct drive_turn *self);
+/* Is it on a ramp of ours to standstill? */
+bool drive_turn_ramps(const struct drive_turn *self);
 /* The newest set point given until then; false: none. */
 bool drive_turn_in_force(const struct drive_turn *self, int64_t t_ns,
                          struct drive_turn_past *past);

@@ -6,7 +6,8 @@
  * enabled. */
 #include "hal/drive/turn/parts.h"
 
-#define AGAIN_NS INT64_C(150000000) /* longer than a heartbeat period */
+#define AGAIN_NS    INT64_C(150000000) /* longer than a heartbeat period */
+#define FRESH_TICKS 4                  /* a position is where the axis is */
 
 struct hal_text drive_turn_say(struct drive_turn *self, const char *words)
 {
@@ -22,6 +23,11 @@ bool drive_turn_is_watched(const struct drive_turn *self)
     return self->phase != DRIVE_TURN_START && self->phase != DRIVE_TURN_LOST;
 }
 
+static bool walk_moves_itself(const struct drive_turn *self)
+{
+    return self->motion == DRIVE_TURN_GO || self->motion == DRIVE_TURN_HOME;
+}
+
 /* ---- entering a phase ---- */
 
 void drive_turn_pursue(struct drive_turn *self)
@@ -32,10 +38,9 @@ void drive_turn_pursue(struct drive_turn *self)
         self->homing = HAL_DRIVE_HOMING_FAILED;
     if (self->request == HAL_DRIVE_REQUEST_ENABLE && !self->armed)
         drive_turn_stand(self);
-    else if (self->request == HAL_DRIVE_REQUEST_QUICK_STOP)
+    else if (self->request == HAL_DRIVE_REQUEST_QUICK_STOP ||
+             walk_moves_itself(self))
         drive_turn_brake(self);
-    else if (self->motion == DRIVE_TURN_HOME)
-        drive_turn_stand(self);
 }
 
 void drive_turn_enter(struct drive_turn *self, enum drive_turn_phase phase)
@@ -77,12 +82,16 @@ void drive_turn_latch(struct drive_turn *self)
 
 void drive_turn_lose(struct drive_turn *self)
 {
-    const bool follows = self->armed && self->motion != DRIVE_TURN_GO &&
-                         self->motion != DRIVE_TURN_HOME;
+    const bool by_itself = walk_moves_itself(self);
+    const bool goes = self->armed && self->motion == DRIVE_TURN_GO;
+    const bool has_place =
+        self->now_ns - self->actual_ns <= FRESH_TICKS * self->config.period_ns;
 
     self->left = drive_turn_is_watched(self);
     drive_turn_latch(self);
-    if (!follows)
+    if (goes && !has_place)
+        self->motion = DRIVE_TURN_SLOW;
+    else if (by_itself ? !has_place : !self->armed)
         drive_turn_stand(self); /* no ramp */
     self->phase = DRIVE_TURN_LOST;
     self->state = HAL_DRIVE_OFFLINE;
@@ -90,8 +99,11 @@ void drive_turn_lose(struct drive_turn *self)
     self->torque = self->torque || self->left; /* until it says otherwise */
 }
 
+/* What an earlier master left moving is ramped down first. */
 static void walk_run(struct drive_turn *self)
 {
+    const bool homes = self->motion == DRIVE_TURN_HOME;
+
     drive_turn_enter(self, DRIVE_TURN_RUN);
     self->left = false;
     self->state = HAL_DRIVE_OFF;
@@ -100,6 +112,10 @@ static void walk_run(struct drive_turn *self)
     if (self->alarmed) { /* since before it was found */
         drive_turn_latch(self);
         return;
+    }
+    if (self->armed || homes) {
+        self->motion = homes ? DRIVE_TURN_HOME : DRIVE_TURN_GO;
+        drive_turn_brake(self);
     }
     self->fault_code = 0;
     self->fault_text[0] = '\0';
@@ -120,6 +136,41 @@ static bool walk_took_too_long(const struct drive_turn *self)
     return self->now_ns - self->since_ns > self->config.state_timeout_ns;
 }
 
+/* Out of its homing once at first; again, from where it is then, while its
+ * heartbeats say that it did not hear. */
+static void walk_break_off(struct drive_turn *self)
+{
+    const bool unheard = self->home.told && !self->armed &&
+                         drive_turn_is_watched(self) && walk_again(self);
+
+    if (self->home.told && !unheard)
+        return;
+    if (unheard)
+        drive_turn_brake(self);
+    self->home.told = true;
+    self->retry_ns = self->now_ns + AGAIN_NS;
+    self->ops->break_off(self);
+}
+
+/* It is not disarmed yet: it is being ramped down. */
+static bool walk_brakes(struct drive_turn *self)
+{
+    const bool lost = self->phase == DRIVE_TURN_LOST;
+    const bool fails = self->alarmed || !self->torque;
+
+    if (!self->home.broken_off)
+        return !fails && drive_turn_ramps(self) && (self->armed || lost);
+    self->home.broken_off =
+        !fails &&
+        (drive_turn_ramps(self) ||
+         (!self->armed && !lost && self->now_ns <= self->home.deadline_ns));
+    if (self->home.broken_off)
+        walk_break_off(self);
+    else
+        self->retry_ns = self->now_ns; /* what comes next does so at once */
+    return self->home.broken_off;
+}
+
 /* ---- one step per request ---- */
 
 static void walk_off(struct drive_turn *self)
@@ -129,6 +180,10 @@ static void walk_off(struct drive_turn *self)
         return;
     }
     self->state = HAL_DRIVE_QUICK_STOP;
+    if (walk_brakes(self)) {
+        self->since_ns = self->now_ns;
+        return;
+    }
     if (walk_took_too_long(self)) {
         drive_turn_say(self, "does not switch off");
         drive_turn_latch(self);
@@ -184,11 +239,10 @@ static void walk_enable(struct drive_turn *self)
     self->ops->arm(self, walk_again(self));
 }
 
-/* What it does by itself can only be switched off. */
 static void walk_quick_stop(struct drive_turn *self)
 {
     self->state = self->torque ? HAL_DRIVE_QUICK_STOP : HAL_DRIVE_OFF;
-    if (self->torque && !self->armed)
+    if (!walk_brakes(self) && self->torque && !self->armed)
         self->ops->disarm(self, walk_again(self));
 }
 
@@ -222,10 +276,10 @@ static void walk_running(struct drive_turn *self)
         walk_off(self);
 }
 
-/* Torque goes when it is asked to. */
+/* Torque goes when it is asked to, and it stands. */
 static void walk_latched(struct drive_turn *self)
 {
-    if (self->torque &&
+    if (!walk_brakes(self) && self->torque &&
         (!self->armed || self->request == HAL_DRIVE_REQUEST_OFF))
         self->ops->disarm(self, walk_again(self));
 }
@@ -233,12 +287,16 @@ static void walk_latched(struct drive_turn *self)
 /* What it says of its torque counts, be it late. */
 static void walk_lost(struct drive_turn *self)
 {
-    if (self->torque && self->motion != DRIVE_TURN_RAMP && walk_again(self))
+    if (!walk_brakes(self) && self->torque && walk_again(self))
         self->ops->disarm(self, true);
 }
 
 static void walk_reset(struct drive_turn *self)
 {
+    if (walk_brakes(self)) {
+        self->since_ns = self->now_ns;
+        return;
+    }
     if (walk_took_too_long(self)) {
         struct hal_text text = drive_turn_say(self, "not reset, ");
 
@@ -248,8 +306,7 @@ static void walk_reset(struct drive_turn *self)
         return;
     }
     if (self->torque) {
-        if (!self->armed || self->motion != DRIVE_TURN_RAMP)
-            self->ops->disarm(self, walk_again(self));
+        self->ops->disarm(self, walk_again(self));
     } else if (self->alarmed) {
         self->ops->clear(self, walk_again(self));
     } else {

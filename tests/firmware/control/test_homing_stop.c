@@ -1,7 +1,8 @@
 /* tests/firmware/control/test_homing_stop.c - homing to a hard stop, on the
  * simulated machine: from the stop itself, from just before it, from far away;
- * without a stop; of a load that takes its torque to speed up. */
+ * without a stop; of a load that takes its torque to speed up; stopped within. */
 #include "tests/firmware/control/homing_bench.h"
+#include "tests/support/kind/kind.h"
 
 static void tick(void)
 {
@@ -143,6 +144,106 @@ static void a_load_that_takes_its_torque_to_speed_up_is_no_stop(void **state)
     }
 }
 
+/* ---- what ends it ---- */
+
+static bool has_torque(void)
+{
+    return kind_tests[rig.axis[0].kind]->has_torque(sim.servo[0]);
+}
+
+/* Of the axis, unit/s. */
+static double speed(void)
+{
+    return fabs((double)plant()->vel_q24 / (1 << 24) *
+                (double)rig.axis[0].counts_den /
+                (double)rig.axis[0].counts_num);
+}
+
+static void stop(void)
+{
+    controller_stop(&machine.controller);
+}
+
+static void drive_stops(void)
+{
+    hal_drive_request(machine.axis[0], HAL_DRIVE_REQUEST_QUICK_STOP);
+}
+
+static const struct {
+    const char *text;
+    void (*begin)(void);
+    bool keeps; /* torque */
+} ends[] = {
+    { "stop", stop, true },
+    { "the drive leaves", drive_stops, false },
+};
+
+/* So long after this part of it began, which is under way then. */
+static void home_into(unsigned axis, enum homing_state part, int dur_ms)
+{
+    read_axis("tests/data/homing/hard_stop_turns.yaml", axis);
+    start_at(10 * UNIT);
+    power_on();
+    assert_int_equal(homing_start(&machine.homing, 1), MOTION_OK);
+    for (int i = 0; machine.homing.state != part; i++) {
+        assert_true(i < 20000);
+        tick();
+    }
+    for (int64_t t_ns = 0; t_ns < dur_ms * INT64_C(1000000);
+         t_ns += rig.period_ns)
+        tick();
+    assert_int_equal(machine.homing.state, part);
+}
+
+static void expect_end(unsigned axis, enum homing_state part, unsigned end)
+{
+    double cut = 0;
+    for (int i = 0; i < 2000; i++) {
+        const bool torque = has_torque();
+        const double was = speed();
+        tick();
+        if (torque && !has_torque())
+            cut = was;
+    }
+    if (homing_is_running(&machine.homing) ||
+        machine.homing.state != HOMING_FAILED ||
+        machine.controller.axis[0].homed || speed() > 0.01 ||
+        cut > 0.05 * (double)rig.axis[0].homing.fast_q32 / (double)UNIT ||
+        has_torque() != ends[end].keeps)
+        fail_msg("axis %u, %s, %s: %s, %.3f/s at the end, %.3f/s when torque "
+                 "went, torque %s",
+                 axis, homing_state_text(part), ends[end].text,
+                 homing_state_text(machine.homing.state), speed(), cut,
+                 has_torque() ? "on" : "off");
+}
+
+/* On its way to the stop, from it, to it again; and pressing. */
+static void what_ends_it_brakes_it(void **state)
+{
+    static const struct {
+        enum homing_state part;
+        int dur_ms;
+    } at[] = { { HOMING_PRESS, 200 },
+               { HOMING_PRESSED, 0 },
+               { HOMING_CLEAR, 60 },
+               { HOMING_PRESS_AGAIN, 100 } };
+    (void)state;
+    for (unsigned axis = 0; axis < 3; axis++)
+        for (unsigned i = 0; i < ARRAY_LEN(at) * ARRAY_LEN(ends); i++) {
+            const unsigned end = i % ARRAY_LEN(ends);
+            home_into(axis, at[i / ARRAY_LEN(ends)].part,
+                      at[i / ARRAY_LEN(ends)].dur_ms);
+            ends[end].begin();
+            expect_end(axis, at[i / ARRAY_LEN(ends)].part, end);
+            for (int k = 0; k < 1000; k++) { /* the process is told to go */
+                machine_tick_off(&machine, sim.world.now_ns + rig.period_ns);
+                sim_world_run(&sim.world, sim.world.now_ns + rig.period_ns);
+            }
+            assert_false(has_torque());
+            down(NULL);
+        }
+}
+
 int main(void)
 {
 #define RUN(test) cmocka_unit_test_teardown(test, down)
@@ -152,6 +253,7 @@ int main(void)
         RUN(without_a_torque_constant_a_current_is_no_torque),
         RUN(without_a_stop_it_is_not_found),
         RUN(a_load_that_takes_its_torque_to_speed_up_is_no_stop),
+        RUN(what_ends_it_brakes_it),
     };
     return cmocka_run_group_tests_name("homing_stop", tests, NULL, NULL);
 }

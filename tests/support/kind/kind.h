@@ -21,6 +21,8 @@ struct kind_turn {
     const char *text; /* "ODrive" */
     struct hal_drive *(*init)(struct sim_can_bus *wire, struct can_bus *bus,
                               enum kind_turn_how how);
+    /* Its driver anew, of the device as it is. */
+    void (*restart)(struct can_bus *bus);
     struct sim_servo *servo; /* the device */
     int64_t counts;          /* of it, in a turn */
     bool (*has_torque)(void);

@@ -446,7 +446,24 @@ static void homing_that_fails_is_a_fault(void **state)
     assert_string_equal(seen.fault_text, "homing took too long");
 }
 
-/* Off, and a quick stop, take the torque of a homing too. */
+/* In so many cycles, of a drive that says that it is there. */
+static bool is_made_idle(int cycles)
+{
+    bool idle = false;
+
+    fake_can_wipe(&fake);
+    for (int i = 0; i < cycles; i++) {
+        hear("029#0000000000000000");
+        for (; fake.out_at < fake.out_count; fake.out_at++)
+            idle = idle || (fake.out[fake.out_at].id == 0x027 &&
+                            fake.out[fake.out_at].data[0] == 1);
+    }
+    return idle;
+}
+
+/* Off, and a quick stop, end a homing by closed loop and a ramp: 1 turn/s, of
+ * which a tick takes a tenth; not before its end is torque taken, by a quick stop
+ * not before it is asked for. */
 static void a_homing_can_be_broken_off(void **state)
 {
     static const enum hal_drive_request requests[] = {
@@ -456,11 +473,25 @@ static void a_homing_can_be_broken_off(void **state)
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(requests); i++) {
         homing();
+        hear("029#000000000000803F");
         fake_can_wipe(&fake);
         hal_drive_request(&drive.turn.drive, requests[i]);
-        hear("029#0000000000000000");
+        hear("029#000000000000803F");
         assert_int_equal(seen.state, HAL_DRIVE_QUICK_STOP);
-        expect("027#01000000");
+        expect("02B#0300000001000000");
+        expect("02C#7012033AE8030000"); /* 0.0005 turns on, 1.000 turns/s */
+        expect("027#08000000");
+        expect("02C#EE0DBE3A84030000"); /* 0.00145, 0.900 */
+        fake_can_wipe(&fake);
+        hear("021#0000000008000000");
+        expect("029#R");
+        expect("02C#99BB163B20030000"); /* 0.0023, 0.800 */
+        expect("02B#0300000001000000"); /* it restores the mode of before */
+        assert_false(is_made_idle(7));
+        assert_int_equal(is_made_idle(50),
+                         requests[i] == HAL_DRIVE_REQUEST_OFF);
+        hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_OFF);
+        assert_true(is_made_idle(151));
         hear("021#0000000001020000");
         assert_int_equal(seen.state, HAL_DRIVE_OFF);
         assert_int_equal(seen.homing, HAL_DRIVE_HOMING_FAILED);

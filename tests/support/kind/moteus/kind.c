@@ -31,6 +31,13 @@ static struct hal_drive *moteus_init(struct sim_can_bus *wire,
     return &driver.turn.drive;
 }
 
+static void moteus_restart(struct can_bus *bus)
+{
+    const struct drive_moteus_config config = driver.config;
+
+    assert_int_equal(drive_moteus_init(&driver, bus, &config), 0);
+}
+
 /* Whatever is not off: also what its watchdog leaves. */
 static bool moteus_is_on(void)
 {
@@ -45,6 +52,7 @@ static bool moteus_has_values(uint32_t id)
 static const struct kind_turn moteus_turn = {
     .text = "moteus",
     .init = moteus_init,
+    .restart = moteus_restart,
     .servo = &device.base,
     .counts = SIM_MOTEUS_COUNTS,
     .has_torque = moteus_is_on,

@@ -38,6 +38,13 @@ static struct hal_drive *odrive_init(struct sim_can_bus *wire,
     return &driver.turn.drive;
 }
 
+static void odrive_restart(struct can_bus *bus)
+{
+    const struct drive_odrive_config config = driver.config;
+
+    assert_int_equal(drive_odrive_init(&driver, bus, &config), 0);
+}
+
 static bool odrive_is_on(void)
 {
     return device.axis_state != 1; /* idle */
@@ -51,6 +58,7 @@ static bool odrive_has_values(uint32_t id)
 static const struct kind_turn odrive_turn = {
     .text = "ODrive",
     .init = odrive_init,
+    .restart = odrive_restart,
     .servo = &device.base,
     .counts = SIM_ODRIVE_COUNTS,
     .has_torque = odrive_is_on,
