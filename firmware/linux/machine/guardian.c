@@ -20,8 +20,7 @@
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/machine/off.h"
 
-#define GUARDIAN_LOOK_MS  20
-#define GUARDIAN_MOST_NS  INT64_C(40000000) /* that a look counts for */
+#define GUARDIAN_MOST_NS  (2 * GUARDIAN_LOOK_NS) /* that a look counts for */
 #define GUARDIAN_GONE_MS  2000 /* a process that was killed is gone by then */
 #define GUARDIAN_PRIORITY 41   /* above the loop's: it may be what hangs */
 #define GUARDIAN_OPEN_NS  INT64_C(3000000000)
@@ -58,25 +57,39 @@ static bool guardian_is_gone(int alive, int wait_ms)
     return poll(&look, 1, wait_ms) > 0;
 }
 
-/* Until there is nothing to guard any more: "".  Else what has happened. */
-static const char *guardian_watch(const struct guardian_page *page, int alive,
-                                  pid_t pid, int64_t hung_ns)
+void guardian_watch_init(struct guardian_watch *watch, int64_t period_ns,
+                         int64_t now_ns)
 {
-    uint64_t ticks = 0;
-    int64_t look_ns = guardian_now_ns(), still_ns = 0;
-    while (!guardian_is_gone(alive, GUARDIAN_LOOK_MS)) {
-        const uint64_t now_ticks = atomic_load(&page->ticks);
-        const int64_t last_ns = look_ns;
-        int64_t passed_ns;
-        look_ns = guardian_now_ns();
-        passed_ns = look_ns - last_ns;
-        if (passed_ns > GUARDIAN_MOST_NS) /* we were not run either */
-            passed_ns = GUARDIAN_MOST_NS;
-        still_ns = now_ticks == ticks ? still_ns + passed_ns : 0;
-        ticks = now_ticks;
-        if (ticks == 0 || atomic_load(&page->done))
-            still_ns = 0;
-        if (still_ns <= hung_ns)
+    const int64_t ticks_ns = GUARDIAN_HUNG_TICKS * period_ns;
+    *watch = (struct guardian_watch){
+        .hung_ns = ticks_ns > GUARDIAN_HUNG_NS ? ticks_ns : GUARDIAN_HUNG_NS,
+        .look_ns = now_ns,
+    };
+}
+
+bool guardian_watch_hangs(struct guardian_watch *watch,
+                          const struct guardian_page *page, int64_t now_ns)
+{
+    const uint64_t ticks = atomic_load(&page->ticks);
+    int64_t passed_ns = now_ns - watch->look_ns;
+    if (passed_ns > GUARDIAN_MOST_NS) /* we were not run either */
+        passed_ns = GUARDIAN_MOST_NS;
+    watch->still_ns = ticks == watch->ticks ? watch->still_ns + passed_ns : 0;
+    watch->ticks = ticks;
+    watch->look_ns = now_ns;
+    if (ticks == 0 || atomic_load(&page->done))
+        watch->still_ns = 0;
+    return watch->still_ns > watch->hung_ns;
+}
+
+/* Until there is nothing to guard any more: "".  Else what has happened. */
+static const char *guardian_look(const struct guardian_page *page, int alive,
+                                 pid_t pid, int64_t period_ns)
+{
+    struct guardian_watch watch;
+    guardian_watch_init(&watch, period_ns, guardian_now_ns());
+    while (!guardian_is_gone(alive, GUARDIAN_LOOK_NS / 1000000)) {
+        if (!guardian_watch_hangs(&watch, page, guardian_now_ns()))
             continue;
         (void)kill(pid, SIGKILL);
         (void)guardian_is_gone(alive, GUARDIAN_GONE_MS);
@@ -87,22 +100,17 @@ static const char *guardian_watch(const struct guardian_page *page, int alive,
                : "it ended without switching its drives off";
 }
 
-static int64_t guardian_hung_ns(const struct rig *rig)
-{
-    const int64_t ticks_ns = GUARDIAN_HUNG_TICKS * rig->period_ns;
-    return ticks_ns > GUARDIAN_HUNG_NS ? ticks_ns : GUARDIAN_HUNG_NS;
-}
+const struct off_config guardian_off = { .real = true,
+                                         .open_ns = GUARDIAN_OPEN_NS,
+                                         .timeout_ns = GUARDIAN_OFF_NS,
+                                         .takes_over = true };
 
 static void guardian_take_off(const struct rig *rig, const char *why, pid_t pid)
 {
     struct off_axis *axis = memory_new(rig->axis_count, sizeof *axis);
-    const struct off_config config = { .real = true,
-                                       .open_ns = GUARDIAN_OPEN_NS,
-                                       .timeout_ns = GUARDIAN_OFF_NS,
-                                       .takes_over = true };
     fprintf(stderr, "\nslew, process %ld: %s; taking torque off\n", (long)pid,
             why);
-    (void)off_all(rig, &config, axis, NULL);
+    (void)off_all(rig, &guardian_off, axis, NULL);
     for (unsigned i = 0; i < rig->axis_count; i++)
         fprintf(stderr, "%s: %s\n", rig->axis[i].name, axis[i].text);
     memory_free(axis);
@@ -112,7 +120,7 @@ static void guardian_main(const struct guardian_page *page,
                           const struct rig *rig, int alive, pid_t pid)
 {
     guardian_stand_apart();
-    const char *why = guardian_watch(page, alive, pid, guardian_hung_ns(rig));
+    const char *why = guardian_look(page, alive, pid, rig->period_ns);
     if (why[0] != '\0')
         guardian_take_off(rig, why, pid);
     _exit(0);

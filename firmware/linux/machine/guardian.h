@@ -28,6 +28,8 @@
  * fault, if there is still a loop to see them. */
 #define GUARDIAN_HUNG_NS    INT64_C(250000000)
 #define GUARDIAN_HUNG_TICKS 20
+/* From one look to the next; so a hang is seen within two of them after that. */
+#define GUARDIAN_LOOK_NS INT64_C(20000000)
 /* So long it tries to switch drives off. */
 #define GUARDIAN_OFF_NS INT64_C(30000000000)
 
@@ -52,6 +54,23 @@ void guardian_done(struct guardian_page *page);
 /* Ends it; without guardian_done it does what it does when we are gone, and is
  * waited for.  Does nothing when there is none. */
 void guardian_end(struct guardian *guardian);
+
+/* What it tells a hang by; time is an argument. */
+struct guardian_watch {
+    uint64_t ticks;
+    int64_t hung_ns, look_ns, still_ns;
+};
+
+void guardian_watch_init(struct guardian_watch *watch, int64_t period_ns,
+                         int64_t now_ns);
+/* At each look: has there been no tick for longer than hung_ns of its own
+ * time? */
+bool guardian_watch_hangs(struct guardian_watch *watch,
+                          const struct guardian_page *page, int64_t now_ns);
+
+/* How it switches drives off; off.h. */
+struct off_config;
+extern const struct off_config guardian_off;
 
 /* Once a tick. */
 static inline void guardian_tick(struct guardian_page *page, uint64_t ticks)
