@@ -29,6 +29,7 @@ struct libmodbus_bench {
     struct modbus_host host;
     struct modbus_libmodbus libmodbus;
     struct clock_linux clock;
+    bool has_host, is_open; /* what is to be ended */
 };
 
 static inline int64_t libmodbus_bench_now_ns(struct libmodbus_bench *bench)
@@ -58,6 +59,7 @@ static inline void libmodbus_bench_device(struct libmodbus_bench *bench,
     modbus_bank_init(&bench->bank);
     sim_world_init(&bench->world, libmodbus_bench_now_ns(bench));
     modbus_host_init(&bench->host, &bench->world);
+    bench->has_host = true;
     assert_int_equal(sim_modbus_line_init(&bench->wire, &bench->world, line),
                      0);
     assert_int_equal(modbus_rtu_slave_init(&bench->slave, &bench->bank.slave,
@@ -69,6 +71,13 @@ static inline void libmodbus_bench_device(struct libmodbus_bench *bench,
                      0);
 }
 
+static inline void libmodbus_bench_open(struct libmodbus_bench *bench,
+                                        const struct modbus_line_config *config)
+{
+    assert_int_equal(modbus_libmodbus_open(&bench->libmodbus, config), 0);
+    bench->is_open = true;
+}
+
 /* The device behind a pseudo-terminal, and libmodbus on that. */
 static inline void libmodbus_bench_pty(struct libmodbus_bench *bench,
                                        struct modbus_line_config config,
@@ -78,13 +87,17 @@ static inline void libmodbus_bench_pty(struct libmodbus_bench *bench,
     assert_int_equal(modbus_host_pty(&bench->host, &bench->wire), 0);
     memcpy(config.device, bench->host.path, sizeof bench->host.path);
     assert_int_equal(modbus_host_start(&bench->host), 0);
-    assert_int_equal(modbus_libmodbus_open(&bench->libmodbus, &config), 0);
+    libmodbus_bench_open(bench, &config);
 }
 
+/* Of a teardown: wherever the test has failed. */
 static inline void libmodbus_bench_end(struct libmodbus_bench *bench)
 {
-    modbus_libmodbus_close(&bench->libmodbus);
-    modbus_host_stop(&bench->host);
+    if (bench->is_open)
+        modbus_libmodbus_close(&bench->libmodbus);
+    if (bench->has_host)
+        modbus_host_stop(&bench->host);
+    bench->is_open = bench->has_host = false;
 }
 
 /* One register. */

@@ -39,6 +39,17 @@ static void pty_begin(int64_t drain_ns)
 }
 
 static struct pause_watch watch;
+static bool watches;
+
+static int down(void **state)
+{
+    (void)state;
+    if (watches)
+        pause_watch_end(&watch);
+    watches = false;
+    libmodbus_bench_end(&bench);
+    return 0;
+}
 
 /* A pause makes answers late that are not late by design; the device is paused
  * too, so that they come when the silence is over, and are the next one's.
@@ -81,6 +92,7 @@ static void no_bad_answer_is_believed_on_a_terminal(void **state)
     (void)state;
     pty_begin(LONG_DRAIN_NS);
     pause_watch_start(&watch);
+    watches = true;
     for (uint16_t i = 0; i < 120; i = (uint16_t)(i + 2)) {
         const unsigned before = atomic_load(&watch.pauses);
 
@@ -94,8 +106,6 @@ static void no_bad_answer_is_believed_on_a_terminal(void **state)
             !read_right((uint16_t)(i + 1), false, before, &excused, &refused))
             ;
     }
-    pause_watch_end(&watch);
-    libmodbus_bench_end(&bench);
     printf("%u of 60 refused, %u spoilt by a pause\n", wrong, excused);
     assert_true(wrong >= 45); /* a frame twice begins with a good one */
 }
@@ -130,7 +140,6 @@ static void a_line_that_is_taken_over_costs_no_time_out(void **state)
     assert_int_equal(third.err, MOTION_OK);
     assert_int_equal(third.value[0], bench.bank.reg[4]);
     assert_true(third.sent_ns - second.done_ns >= long_ns);
-    libmodbus_bench_end(&bench);
 }
 
 /* Without a failure it is a line as any other from the first answer on. */
@@ -153,7 +162,6 @@ static void a_line_that_was_left_silent_is_taken_over_at_once(void **state)
     assert_int_equal(second.err, MOTION_OK);
     assert_int_equal(second.value[0], bench.bank.reg[4]);
     assert_true(second.sent_ns - first.done_ns < long_ns);
-    libmodbus_bench_end(&bench);
 }
 
 /* How often this thread went to sleep by itself: not how often, nor for how
@@ -196,7 +204,6 @@ static void the_tick_is_never_blocked(void **state)
         blocked += sleeps() != before;
         libmodbus_bench_pass(&bench);
     }
-    libmodbus_bench_end(&bench);
     printf("1500 ticks on a dead line, %u time-outs: worst tick %" PRId64
            " us, %u ticks slept\n",
            timeouts, worst_ns / 1000, blocked);
@@ -220,7 +227,7 @@ static void a_server_that_went_away_is_found_again(void **state)
     config.port = bench.host.port;
     bench.host.slave[UNIT] = &bench.bank.slave;
     assert_int_equal(modbus_host_start(&bench.host), 0);
-    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    libmodbus_bench_open(&bench, &config);
     assert_int_equal(libmodbus_bench_read(&bench, 3).err, MOTION_OK);
     modbus_host_stop(&bench.host);
     assert_int_not_equal(libmodbus_bench_read(&bench, 4).err, MOTION_OK);
@@ -235,7 +242,6 @@ static void a_server_that_went_away_is_found_again(void **state)
     }
     hal_modbus_stats(&bench.libmodbus.modbus, &stats);
     assert_true(stats.reconnects >= 1);
-    libmodbus_bench_end(&bench);
 }
 
 /* An adapter that hears itself: what it has sent comes back before the answer.
@@ -257,7 +263,6 @@ static void an_echo_is_no_answer_on_a_terminal(void **state)
                     reply.value[0] == bench.bank.reg[i]);
     }
     assert_int_equal(refused, 8);
-    libmodbus_bench_end(&bench);
 }
 
 static struct sim_modbus_faulty server; /* what its frames meet */
@@ -276,7 +281,7 @@ static void tcp_begin(void)
     assert_int_equal(modbus_host_tcp(&bench.host, loopback, 0), 0);
     config.port = bench.host.port;
     assert_int_equal(modbus_host_start(&bench.host), 0);
-    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    libmodbus_bench_open(&bench, &config);
     assert_int_equal(libmodbus_bench_read(&bench, 3).err, MOTION_OK);
 }
 
@@ -354,7 +359,6 @@ static void tcp_frames_are_spoilt_and_recovered_from(void **state)
         tcp_fault(twice, good);
         assert_int_equal(tcp_read(i), MOTION_OK);
     }
-    libmodbus_bench_end(&bench);
 }
 
 /* Its other end is gone without a word: one time-out, and a new connection. */
@@ -371,7 +375,6 @@ static void a_half_open_connection_is_made_anew(void **state)
     assert_int_equal(tcp_read(7), MOTION_E_TIMEOUT);
     assert_int_equal(tcp_read(8), MOTION_OK);
     assert_int_equal(tcp_reconnects(), before + 1);
-    libmodbus_bench_end(&bench);
 }
 
 /* It ends every connection: said at once, and over when it takes one again. */
@@ -394,7 +397,6 @@ static void a_server_that_hangs_up_is_said(void **state)
         assert_true(++tries < PATIENCE);
         libmodbus_bench_pass(&bench);
     }
-    libmodbus_bench_end(&bench);
 }
 
 static void what_cannot_be_opened_says_so(void **state)
@@ -408,25 +410,25 @@ static void what_cannot_be_opened_says_so(void **state)
     bad.line.baud = 250000; /* libmodbus would take 9600 */
     assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &bad),
                      MOTION_E_ARG);
-    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    libmodbus_bench_open(&bench, &config);
     assert_int_equal(libmodbus_bench_read(&bench, 0).err, MOTION_E_IO);
     assert_int_equal(hal_modbus_is_up(&bench.libmodbus.modbus), 0);
-    modbus_libmodbus_close(&bench.libmodbus);
 }
 
 int main(void)
 {
+#define RUN(test) cmocka_unit_test_teardown(test, down)
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_bad_answer_is_believed_on_a_terminal),
-        cmocka_unit_test(a_line_that_is_taken_over_costs_no_time_out),
-        cmocka_unit_test(a_line_that_was_left_silent_is_taken_over_at_once),
-        cmocka_unit_test(the_tick_is_never_blocked),
-        cmocka_unit_test(a_server_that_went_away_is_found_again),
-        cmocka_unit_test(an_echo_is_no_answer_on_a_terminal),
-        cmocka_unit_test(tcp_frames_are_spoilt_and_recovered_from),
-        cmocka_unit_test(a_half_open_connection_is_made_anew),
-        cmocka_unit_test(a_server_that_hangs_up_is_said),
-        cmocka_unit_test(what_cannot_be_opened_says_so),
+        RUN(no_bad_answer_is_believed_on_a_terminal),
+        RUN(a_line_that_is_taken_over_costs_no_time_out),
+        RUN(a_line_that_was_left_silent_is_taken_over_at_once),
+        RUN(the_tick_is_never_blocked),
+        RUN(a_server_that_went_away_is_found_again),
+        RUN(an_echo_is_no_answer_on_a_terminal),
+        RUN(tcp_frames_are_spoilt_and_recovered_from),
+        RUN(a_half_open_connection_is_made_anew),
+        RUN(a_server_that_hangs_up_is_said),
+        RUN(what_cannot_be_opened_says_so),
     };
     one_processor();
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -118,6 +118,14 @@ static void end(void)
     atomic_store(&has_lines, false);
 }
 
+/* Also where a claim has failed. */
+static int down(void **state)
+{
+    (void)state;
+    end();
+    return 0;
+}
+
 static struct hal_modbus_reply read_at(uint16_t address)
 {
     return libmodbus_bench_read(&bench, address);
@@ -269,12 +277,13 @@ static void the_program_says_so_in_a_sentence(void **state)
 
 int main(void)
 {
+#define RUN(test) cmocka_unit_test_teardown(test, down)
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rts_goes_around_every_frame),
-        cmocka_unit_test(the_kernel_is_told_once),
-        cmocka_unit_test(automatic_touches_no_line),
-        cmocka_unit_test(a_port_without_lines_is_not_used),
-        cmocka_unit_test(the_program_says_so_in_a_sentence),
+        RUN(rts_goes_around_every_frame),
+        RUN(the_kernel_is_told_once),
+        RUN(automatic_touches_no_line),
+        RUN(a_port_without_lines_is_not_used),
+        RUN(the_program_says_so_in_a_sentence),
     };
     return cmocka_run_group_tests(tests, run_open, run_close);
 }
