@@ -3,8 +3,9 @@
  * registers, upper word first.
  *
  * Sources: HP-5142E (BLV-R, function edition, whose direct data operation is the
- * same), the public libraries arduino-OrientalAZ and orientalmotor_hardware.  The
- * numbers of the functions C-ON (2) and CRNT (198) are unverified. */
+ * same), the public libraries arduino-OrientalAZ and orientalmotor_hardware, and
+ * M2FS-Control, which cites HM-60262E.  The numbers of the functions C-ON (2) and
+ * CRNT (142) are those of other drives of the maker (hal/maps/oriental-az.yaml). */
 #include "sim/device/modbus/makers.h"
 
 enum {
@@ -25,7 +26,7 @@ enum {
     AZ_R_IN2 = 0x1204, /* function of input bit 2 */
     AZ_R_OUT2 = 0x1224,
 };
-enum { C_ON = 2, CRNT = 198 };
+enum { C_ON = 2, CRNT = 142 };
 /* inputs, 0x007D: as shipped, but for bit 2 */
 enum { IN_2 = 0x04, IN_ZHOME = 0x10, IN_STOP = 0x20, IN_FREE = 0x40 };
 /* outputs, 0x007F */

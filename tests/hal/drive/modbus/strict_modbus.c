@@ -620,7 +620,7 @@ static void set_up(struct strict_modbus *self)
         self->reg[0x0003] = 6;
     if (self->kind == STRICT_AZ) {
         put_high_first(self, AZ_R_IN2, 2);
-        put_high_first(self, AZ_R_OUT2, 198);
+        put_high_first(self, AZ_R_OUT2, 142);
     }
 }
 
