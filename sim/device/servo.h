@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "sim/bus/can.h"
+#include "sim/device/readings.h"
 #include "sim/physics/plant.h"
 
 enum sim_servo_fault {
@@ -57,6 +58,7 @@ struct sim_servo {
     struct sim_can_port port;
     struct sim_world *world;
     struct sim_plant plant;
+    struct sim_readings readings; /* its owner moves them off */
 
     /* Private to the devices from here on. */
     const struct sim_servo_ops *ops;

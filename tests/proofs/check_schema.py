@@ -137,6 +137,11 @@ BEYOND = {
     "rig_line_three_estops",
     "rig_line_width",
     "rig_merge_key",
+    "rig_monitor_cold",
+    "rig_monitor_current_zero",
+    "rig_monitor_hot",
+    "rig_monitor_moteus",
+    "rig_monitor_voltage_order",
     "rig_moteus_without_fd",
     "rig_nan",  # a number to YAML
     "rig_negative_limit",

@@ -21,7 +21,7 @@ size_t quote_escape(char *out, size_t capacity, const char *text,
                     size_t length);
 
 /* "a, b or c"; what does not fit is "...".  Returns `list`. */
-#define QUOTE_LIST_MAX 320
+#define QUOTE_LIST_MAX 360
 const char *quote_list(char list[QUOTE_LIST_MAX], const char *const spelling[],
                        unsigned count);
 

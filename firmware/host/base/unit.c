@@ -34,6 +34,11 @@ static const struct unit unit_table[] = {
     { "bit/s", UNIT_BITS, 0, { 1, 1, 0 } },
     { "kbit/s", UNIT_BITS, 0, { 1, 1, 3 } },
     { "Mbit/s", UNIT_BITS, 0, { 1, 1, 6 } },
+    { "degC", UNIT_CELSIUS, 0, { 1, 1, 0 } },
+    { "V", UNIT_VOLTS, 0, { 1, 1, 0 } },
+    { "mV", UNIT_VOLTS, 0, { 1, 1, -3 } },
+    { "A", UNIT_AMPERES, 0, { 1, 1, 0 } },
+    { "mA", UNIT_AMPERES, 0, { 1, 1, -3 } },
     { "%", UNIT_NUMBER, 0, { 1, 1, -2 } },
 };
 
@@ -58,6 +63,9 @@ static const char *const unit_meanings[UNIT_FAMILIES][4] = {
     [UNIT_DURATION] = { "a time" },
     [UNIT_HERTZ] = { "a frequency" },
     [UNIT_BITS] = { "a bit rate" },
+    [UNIT_CELSIUS] = { "a temperature" },
+    [UNIT_VOLTS] = { "a voltage" },
+    [UNIT_AMPERES] = { "a current" },
 };
 
 static const struct unit *unit_find(const char *word, size_t length)

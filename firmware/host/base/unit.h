@@ -14,6 +14,9 @@ enum unit_family {
     UNIT_DURATION,
     UNIT_HERTZ,
     UNIT_BITS,
+    UNIT_CELSIUS,
+    UNIT_VOLTS,
+    UNIT_AMPERES,
     UNIT_FAMILIES,
 };
 
@@ -22,10 +25,11 @@ struct unit {
     const char *spelling;
     enum unit_family family;
     unsigned per_s;
-    struct decimal_ratio ratio; /* to mm, deg, count, s, Hz, bit/s, 1 */
+    struct decimal_ratio ratio; /* to mm, deg, count, s, Hz, bit/s,
+                                   degC, V, A, 1 */
 };
 
-#define UNIT_SPELLINGS_MAX 32 /* of one family */
+#define UNIT_SPELLINGS_MAX 40 /* of one family */
 
 /* "mm", "mm/s2", "rpm" of `length` bytes; -1 where it is no unit. */
 int unit_read(struct unit *self, const char *word, size_t length);

@@ -34,6 +34,9 @@ static const struct {
     [UNITS_FREQUENCY] = { 0, { 14885392687, 2369083826, 3 }, "1e15" },
     [UNITS_BIT_RATE] = { 0, { 1, 1, 0 }, "1e18" },
     [UNITS_RATIO] = { 32, { 1, 1, 0 }, "2147483647" },
+    [UNITS_TEMPERATURE] = { 32, { 1, 1, 0 }, "2147483647" },
+    [UNITS_VOLTAGE] = { 32, { 1, 1, 0 }, "2147483647" },
+    [UNITS_CURRENT] = { 32, { 1, 1, 0 }, "2147483647" },
 };
 
 const char *const units_axis_words[UNITS_AXIS_WORDS] = {
@@ -71,6 +74,15 @@ static struct unit units_wanted(enum units_quantity quantity,
         break;
     case UNITS_BIT_RATE:
         wanted.family = UNIT_BITS;
+        break;
+    case UNITS_TEMPERATURE:
+        wanted.family = UNIT_CELSIUS;
+        break;
+    case UNITS_VOLTAGE:
+        wanted.family = UNIT_VOLTS;
+        break;
+    case UNITS_CURRENT:
+        wanted.family = UNIT_AMPERES;
         break;
     case UNITS_RATIO:
         break;

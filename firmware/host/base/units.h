@@ -1,7 +1,8 @@
 /* firmware/host/base/units.h - "800 mm", "2.5 s", "f120 @ 24" to integers.
  *
  *   value    = number [ blank ] [ unit ]       a number alone is in the axis's
- *                                              own unit, s, Hz, bit/s or 1
+ *                                              own unit, s, Hz, bit/s, degC, V,
+ *                                              A or 1
  *   number   = [ + | - ] digits [ . digits ] [ e [ + | - ] digits ]
  *   frame    = ( "frame" | "f" ) number [ @ rate [ fps ] ]
  *   timecode = HH:MM:SS:FF [ @ rate [ fps ] ]  HH:MM:SS;FF: drop-frame
@@ -42,6 +43,9 @@ enum units_quantity {
     UNITS_FREQUENCY,    /* 1/1000 rad/s, whole */
     UNITS_BIT_RATE,     /* bit/s, whole */
     UNITS_RATIO,        /* Q32.32; a number or % */
+    UNITS_TEMPERATURE,  /* Q32.32 of degC */
+    UNITS_VOLTAGE,      /* Q32.32 of V */
+    UNITS_CURRENT,      /* Q32.32 of A */
 };
 
 /* Frames per second num / den, reduced, both 1 .. 1e9; den 0: not known. */

@@ -42,7 +42,10 @@
     X(FAULT_COLLISION, "collision")                                            \
     X(FAULT_TURN_AROUND, "turn_around")                                        \
     X(FAULT_HALF_OPEN, "half_open")                                            \
-    X(FAULT_HANG_UP, "hang_up")
+    X(FAULT_HANG_UP, "hang_up")                                                \
+    X(FAULT_OVERHEAT, "overheat")                                              \
+    X(FAULT_SUPPLY, "supply")                                                  \
+    X(FAULT_READING_LOST, "reading_lost")
 
 #define FAULT_KIND_ENUM(name, spelling) name,
 enum fault_kind { FAULT_KIND_LIST(FAULT_KIND_ENUM) FAULT_KINDS };
@@ -89,7 +92,7 @@ struct fault_entry {
     int64_t pos_q32;
     int64_t for_ns; /* 0: to the end of the run, or at once over */
     /* By kind: a code (0: the drive's own choice), a count, a level, ns, a
-     * share Q32; Q32 of the axis's unit or its acceleration. */
+     * share Q32; Q32 of the axis's unit or its acceleration, degC, V. */
     int64_t value;
     bool incoming; /* of what a drive is sent, not of what it sends */
     struct plan_place place;

@@ -283,6 +283,12 @@ static int fault_read_code(void *reader, const struct yaml_value *value,
 static int fault_read_by(void *reader, const struct yaml_value *value,
                          void *out)
 {
+    static const enum units_quantity quantity[FAULT_KINDS] = {
+        [FAULT_ENCODER_JUMP] = UNITS_POSITION,
+        [FAULT_FRICTION_STEP] = UNITS_ACCELERATION,
+        [FAULT_OVERHEAT] = UNITS_TEMPERATURE,
+        [FAULT_SUPPLY] = UNITS_VOLTAGE,
+    };
     struct fault_reader *self = reader;
     const bool friction = fault_is(self, FAULT_FRICTION_STEP);
     char quote[YAML_QUOTE_MAX];
@@ -293,7 +299,7 @@ static int fault_read_by(void *reader, const struct yaml_value *value,
     if (!self->has[FAULT_OF_AXIS])
         return 0;
     if (fault_read_quantity(self, self->entry->index, value,
-                            friction ? UNITS_ACCELERATION : UNITS_POSITION,
+                            quantity[self->entry->kind],
                             &self->entry->value) < 0)
         return -1;
     return friction && self->entry->value <= 0
@@ -401,7 +407,8 @@ static const struct yaml_field fault_entry_fields[] = {
       "a code that this kind of drive can have, such as 0x2310",
       fault_read_code, 0 },
     { "by", YAML_OPTIONAL,
-      "a distance for encoder_jump, an acceleration for friction_step",
+      "a distance for encoder_jump, an acceleration for friction_step, degC "
+      "for overheat, V for supply",
       fault_read_by, 0 },
     { "level", YAML_OPTIONAL, "active, inactive or open", fault_read_level, 0 },
     { "rate", YAML_OPTIONAL, "the share of frames, above 0 to 100 %",

@@ -60,6 +60,9 @@ const struct fault_shape fault_shapes_of[FAULT_KINDS] = {
                             .buses = ON_RTU },
     [FAULT_HALF_OPEN] = { FAULT_BUS, .buses = ON_TCP },
     [FAULT_HANG_UP] = { FAULT_BUS, .lasts = true, .buses = ON_TCP },
+    [FAULT_OVERHEAT] = { FAULT_AXIS, FAULT_BY, true, .lasts = true },
+    [FAULT_SUPPLY] = { FAULT_AXIS, FAULT_BY, true, .lasts = true },
+    [FAULT_READING_LOST] = { .targets = FAULT_AXIS, .lasts = true },
 };
 
 bool fault_kind_is_over_at_once(enum fault_kind kind)
@@ -100,6 +103,12 @@ static void fault_value_text(const struct fault_entry *entry,
         number_short(number, entry->value, 32);
         snprintf(text, size, ", by %s %s%s", number, unit,
                  entry->kind == FAULT_FRICTION_STEP ? "/s2" : "");
+        break;
+    case FAULT_OVERHEAT:
+    case FAULT_SUPPLY:
+        number_short(number, entry->value, 32);
+        snprintf(text, size, ", by %s %s", number,
+                 entry->kind == FAULT_SUPPLY ? "V" : "degC");
         break;
     case FAULT_STUCK_SWITCH:
         snprintf(text, size, ", %s", fault_level_words[entry->value]);

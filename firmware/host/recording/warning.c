@@ -25,8 +25,9 @@ const char *warning_word(enum warning_kind kind)
 
 const char *warning_unit(enum warning_kind kind, const struct rig_axis *axis)
 {
-    (void)kind;
-    return units_axis_text(axis->unit);
+    return kind < WARNING_TEMPERATURE ? units_axis_text(axis->unit)
+                                      : hal_reading_unit((enum hal_reading)(
+                                            kind - WARNING_TEMPERATURE));
 }
 
 void warning_text(const struct warning *warning, const struct rig_axis *axis,

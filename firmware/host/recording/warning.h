@@ -10,11 +10,17 @@
 #include <stdint.h>
 
 #include "firmware/host/rig/rig.h"
+#include "hal/readings.h"
 
 /* X(name, words, word for programs) */
 #define WARNING_LIST(X)                                                        \
     X(WARNING_FOLLOWING, "following error over half of its limit",             \
-      "following_error")
+      "following_error")                                                       \
+    X(WARNING_TEMPERATURE, "temperature over 90 % of its limit",               \
+      "temperature")                                                           \
+    X(WARNING_VOLTAGE, "bus voltage over 90 % of the way to its limit",        \
+      "voltage")                                                               \
+    X(WARNING_CURRENT, "current over 90 % of its limit", "current")
 
 enum warning_kind {
 #define WARNING_ENUM(name, words, word) name,
@@ -25,7 +31,10 @@ enum warning_kind {
 /* "following error over half of its limit"; "following_error". */
 const char *warning_words(enum warning_kind kind);
 const char *warning_word(enum warning_kind kind);
-/* Of its value and limit: the unit of the axis, where it is of its motion. */
+/* Of a reading (hal/readings.h). */
+#define WARNING_OF_READING(reading)                                            \
+    ((enum warning_kind)(WARNING_TEMPERATURE + (unsigned)(reading)))
+/* Of its value and limit: "deg" of an axis, "degC". */
 const char *warning_unit(enum warning_kind kind, const struct rig_axis *axis);
 
 struct warning {

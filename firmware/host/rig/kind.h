@@ -43,7 +43,7 @@ struct rig_frame {
     bool is_before; /* the set points, in a tick: a question and its answer */
     bool is_answer; /* with a position */
 };
-#define RIG_FRAMES_MAX 6
+#define RIG_FRAMES_MAX 12
 
 /* A reader returns 0, or -1 with a sentence. */
 struct rig_kind {
@@ -76,8 +76,11 @@ struct rig_kind {
     bool has_inputs;     /* says which of its own switches are pressed */
     bool reports_torque; /* in thousandths of the rated one, */
     bool torque_in_nm;   /* or in Nm: by rated_torque of the rig file */
-    bool has_map;        /* its registers are described by a file */
-    bool samples;        /* it is a board, which is given whole tracks */
+    /* What its drive says of itself when it is asked: 1 << enum hal_reading;
+     * NULL: nothing. */
+    unsigned (*readings)(const struct rig *rig, const struct rig_axis *axis);
+    bool has_map; /* its registers are described by a file */
+    bool samples; /* it is a board, which is given whole tracks */
     /* On a Modbus line: how long its transactions of one cycle take, and how
      * many they are; `streamed`: as if it were. */
     int64_t (*turn_ns)(const struct rig *rig, unsigned i,

@@ -22,6 +22,7 @@
 #include "hal/gpio.h"
 #include "hal/modbus/line.h"
 #include "hal/modbus/map.h"
+#include "hal/support/monitor.h"
 #include "motion/plan/move.h"
 #include "motion/plan/path/plan_space.h"
 #include "motion/plan/rig/plan_rig.h"
@@ -174,6 +175,12 @@ struct rig_cia402 {
     struct rig_times time;
 };
 
+/* What is monitored of its drive: hal/support/monitor.h. */
+struct rig_monitor {
+    unsigned wanted; /* 1 << enum hal_reading */
+    struct drive_monitor_limit limit[HAL_READINGS];
+};
+
 struct rig_axis {
     char name[PLAN_NAME_MAX];
     enum units_axis unit;
@@ -209,6 +216,7 @@ struct rig_axis {
     int64_t settle_ns, late_ns;
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
+    struct rig_monitor monitor; /* none */
     struct homing_config homing;
     /* on a board: its servo's unit on the board's own line, 0: a virtual axis;
      * how long the board may hear nothing */

@@ -83,6 +83,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_axis_shape,
     &rig_limit_shape,
     &rig_stop_shape,
+    &rig_monitor_shape,
     &rig_following_shape,
     RIG_KIND_LIST(RIG_SHAPE) & rig_counts_shape,
     &rig_scale_shape,

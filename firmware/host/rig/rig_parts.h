@@ -11,6 +11,7 @@
  *   rig_axis.c    axes                     rig_homing.c axis: homing
  *   rig_gpio.c    gpio                    rig_kinematics.c  kinematics
  *   rig_limits.c  axis: limits, stop, following_error
+ *   rig_monitor.c drive: monitor
  *   rig_shaper.c  axis: shaper            rig_kinematics.h  parts of kinematics
  *   kind.h        what a kind of drive adds: firmware/host/kind
  *
@@ -68,6 +69,15 @@ int rig_read_ends(struct rig_reader *reader, const struct yaml_value *value,
                   int64_t *low_q32, int64_t *high_q32);
 int rig_read_limits(void *reader, const struct yaml_value *value, void *out);
 int rig_read_stop(void *reader, const struct yaml_value *value, void *out);
+/* monitor: of a drive, the last of its fields. */
+#define RIG_MONITOR_FIELD                                                      \
+    {                                                                          \
+        "monitor", YAML_OPTIONAL,                                              \
+            "limits of temperature, voltage and current, such as "             \
+            "{temperature: 80 degC}",                                          \
+            rig_read_monitor, 0                                                \
+    }
+int rig_read_monitor(void *reader, const struct yaml_value *value, void *out);
 int rig_read_following(void *reader, const struct yaml_value *value, void *out);
 int rig_read_drive(void *reader, const struct yaml_value *value, void *out);
 int rig_read_homing(void *reader, const struct yaml_value *value, void *out);
@@ -145,7 +155,8 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_linear_shape, rig_slide_shape, rig_joint_shape, rig_arc_shape,
     rig_rail_shape, rig_arm_shape, rig_link_shape, rig_tool_shape,
     rig_base_shape, rig_gantry_shape, rig_jib_shape, rig_head_shape,
-    rig_table_shape, rig_lens_shape, rig_payload_shape, rig_quirks_shape;
+    rig_monitor_shape, rig_table_shape, rig_lens_shape, rig_payload_shape,
+    rig_quirks_shape;
 #define RIG_KIND_SHAPE(NAME, name, word)                                       \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)

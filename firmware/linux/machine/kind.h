@@ -18,6 +18,8 @@ struct machine_kind {
     /* So long it may make no step while it is enabled; NULL: any that
      * boots in time does. */
     int64_t (*patience_ns)(const struct rig *rig, const struct rig_axis *axis);
+    /* What its driver reads for rig_axis.monitor; NULL: nothing. */
+    struct hal_readings *(*readings)(struct machine *machine, unsigned i);
     /* As it is on the wire; NULL: it has none. */
     uint16_t (*statusword)(const struct machine *machine, unsigned i);
     /* Makes the simulated drive of axis i on its bus.  Its errors. */

@@ -225,9 +225,29 @@ static void machine_storage(struct machine *machine, const struct rig *rig)
         memory_pool_new(memory, buses + 1, sizeof(struct hal_fieldbus *));
     machine->axis = memory_pool_new(memory, axes, sizeof(struct hal_drive *));
     machine->drive = memory_pool_new(memory, axes, sizeof(void *));
+    machine->monitor =
+        memory_pool_new(memory, axes, sizeof(struct drive_monitor *));
     for (uint32_t i = 0; i < axes; i++)
         machine->drive[i] = memory_pool_new(
             memory, 1, machine_kinds[rig->axis[i].kind]->drive_size);
+    for (uint32_t i = 0; i < axes; i++)
+        if (rig->axis[i].monitor.wanted != 0)
+            machine->monitor[i] =
+                memory_pool_new(memory, 1, sizeof *machine->monitor[i]);
+}
+
+/* Its driver, and what is monitored of it around that. */
+static int machine_init_axis(struct machine *machine, unsigned i)
+{
+    const struct rig_axis *axis = &machine->rig->axis[i];
+    const struct machine_kind *kind = machine_kinds[axis->kind];
+    const int err = kind->init(machine, i);
+    if (err < 0 || machine->monitor[i] == NULL)
+        return err;
+    struct hal_drive *inner = machine->axis[i];
+    machine->axis[i] = &machine->monitor[i]->drive;
+    return drive_monitor_init(machine->monitor[i], inner,
+                              kind->readings(machine, i), axis->monitor.limit);
 }
 
 void machine_free(struct machine *machine)
@@ -252,7 +272,7 @@ int machine_init(struct machine *machine, const struct rig *rig,
     drive_virtual_bus_init(&machine->virtual_bus);
     machine->fieldbus[rig->bus_count] = &machine->virtual_bus.fieldbus;
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        int err = machine_kinds[rig->axis[i].kind]->init(machine, i);
+        int err = machine_init_axis(machine, i);
         if (err < 0)
             return machine_fail(message, "axis", rig->axis[i].name, err);
     }
@@ -273,6 +293,9 @@ static struct hal_fieldbus_worst machine_begin(struct machine *machine,
         if (health > worst.health)
             worst = (struct hal_fieldbus_worst){ health, i };
     }
+    for (unsigned i = 0; i < machine->rig->axis_count; i++)
+        if (machine->monitor[i] != NULL)
+            drive_monitor_step(machine->monitor[i], now_ns);
     return worst;
 }
 
@@ -324,7 +347,8 @@ static void machine_warn(struct machine *machine)
 {
     for (unsigned i = 0; i < machine->rig->axis_count; i++)
         machine_warnings_step(&machine->warnings[i], &machine->rig->axis[i],
-                              &machine->controller.axis[i]);
+                              &machine->controller.axis[i],
+                              machine->monitor[i]);
 }
 
 void machine_tick(struct machine *machine, int64_t now_ns)

@@ -61,6 +61,7 @@ struct machine {
     struct controller_axis *axis_state;
     struct controller_switches *switches;
     struct homing_config *homing_config;
+    struct drive_monitor **monitor; /* around a drive; NULL: not monitored */
     struct machine_warnings *warnings;
     struct gpio_debounce *input; /* of lines that are inputs */
     bool lit;                    /* the lamps */

@@ -274,10 +274,31 @@ static void machine_fault_can(struct machine_fault *self,
     }
 }
 
+static bool machine_fault_readings(struct sim_readings *readings,
+                                   const struct fault_entry *entry, bool begins)
+{
+    const double value = begins ? number_double(entry->value, 32) : 0;
+    if (entry->kind == FAULT_OVERHEAT)
+        readings->more_degc = value;
+    else if (entry->kind == FAULT_SUPPLY)
+        readings->more_v = value;
+    else if (entry->kind == FAULT_READING_LOST)
+        readings->missing = begins;
+    else
+        return false;
+    return true;
+}
+
 static void machine_fault_axis(struct machine_fault *self,
                                const struct fault_entry *entry, bool begins)
 {
     struct sim_servo *servo = machine_fault_servo(self->sim, entry->index);
+    struct sim_readings *readings =
+        servo != NULL
+            ? &servo->readings
+            : &machine_sim_modbus_servo(self->sim, entry->index)->readings;
+    if (machine_fault_readings(readings, entry, begins))
+        return;
     if (servo != NULL)
         machine_fault_can(self, entry, servo, begins);
     else

@@ -27,6 +27,23 @@ warnings_following(const struct rig_axis *rig,
     };
 }
 
+/* False: it is not known. */
+static bool warnings_reading(const struct drive_monitor *monitor,
+                             enum hal_reading reading,
+                             struct warnings_level *level)
+{
+    struct drive_monitor_level of;
+    if (!drive_monitor_level(monitor, reading, &of))
+        return false;
+    *level = (struct warnings_level){
+        .value_q32 = of.milli * MOTION_FIXED_ONE_Q32 / 1000,
+        .limit_q32 = of.limit_milli * MOTION_FIXED_ONE_Q32 / 1000,
+        .is_over = of.is_over,
+        .is_below = of.is_below,
+    };
+    return true;
+}
+
 /* True: it begins. */
 static bool warnings_take(struct machine_warnings *warnings,
                           enum warning_kind kind,
@@ -48,8 +65,14 @@ static bool warnings_take(struct machine_warnings *warnings,
 
 void machine_warnings_step(struct machine_warnings *warnings,
                            const struct rig_axis *rig,
-                           const struct controller_axis *axis)
+                           const struct controller_axis *axis,
+                           const struct drive_monitor *monitor)
 {
     const struct warnings_level following = warnings_following(rig, axis);
-    (void)warnings_take(warnings, WARNING_FOLLOWING, &following);
+    bool begun = warnings_take(warnings, WARNING_FOLLOWING, &following);
+    for (unsigned i = 0; i < HAL_READINGS && monitor != NULL && !begun; i++) {
+        struct warnings_level level;
+        if (warnings_reading(monitor, (enum hal_reading)i, &level))
+            begun = warnings_take(warnings, WARNING_OF_READING(i), &level);
+    }
 }

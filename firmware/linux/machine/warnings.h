@@ -3,7 +3,8 @@
  *
  * A following error of more than half of its limit is one until it is below
  * three eighths of it again.  The limit grows with the speed that the axis is
- * told (see controller_axis_config). */
+ * told (see controller_axis_config).  A reading that is monitored: see
+ * hal/support/monitor.h. */
 #ifndef FIRMWARE_LINUX_MACHINE_WARNINGS_H
 #define FIRMWARE_LINUX_MACHINE_WARNINGS_H
 
@@ -11,6 +12,7 @@
 
 #include "firmware/control/controller.h"
 #include "firmware/host/recording/warning.h"
+#include "hal/support/monitor.h"
 
 /* Of one axis; all zero: none yet. */
 struct machine_warnings {
@@ -18,9 +20,11 @@ struct machine_warnings {
     bool is_on[WARNING_KINDS];
 };
 
-/* After a tick of the controller. */
+/* After a tick of the controller; monitor NULL: there is none.  What begins
+ * beside another waits for the next tick. */
 void machine_warnings_step(struct machine_warnings *warnings,
                            const struct rig_axis *rig,
-                           const struct controller_axis *axis);
+                           const struct controller_axis *axis,
+                           const struct drive_monitor *monitor);
 
 #endif

@@ -356,6 +356,11 @@ static void player_note_fault(struct player *player)
         report->fault.fault != CONTROLLER_FAULT_NONE)
         return;
     report->fault = controller->fault;
+    report->monitored =
+        controller->fault.axis >= 0 &&
+        player->machine->monitor[controller->fault.axis] != NULL &&
+        drive_monitor_is_latched(
+            player->machine->monitor[controller->fault.axis]);
     if (controller->fault.axis >= 0)
         snprintf(report->fault_text, sizeof report->fault_text, "%s",
                  player_fault_text(player));

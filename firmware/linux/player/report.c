@@ -241,7 +241,7 @@ static void report_fault(const struct report *report, FILE *file)
                 controller_fault_text(report->fault.fault), value);
     if (report->fault_text[0] != 0)
         fprintf(file, "reason: %s\n", report->fault_text);
-    if (report->fault.drive_code != 0)
+    if (report->fault.drive_code != 0 && !report->monitored)
         fputs("slew drive reset clears it, once its cause is gone\n", file);
 }
 

@@ -52,6 +52,7 @@ struct report {
     bool is_repeated;          /* was to be played more than once */
     double *load; /* of each bus: share of the wire's time during the move */
     struct controller_fault_record fault;
+    bool monitored; /* the fault is a limit that the rig has for its drive */
     char fault_text[192]; /* the drive's own words, or homing's */
     bool torque_left;     /* a drive did not say at the end that it is off: */
     char (*torque)[MACHINE_TORQUE_MAX]; /* of each axis of the rig: "", or why,

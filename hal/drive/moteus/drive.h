@@ -10,6 +10,9 @@
  * The watchdog runs out into mode 11, which stays until mode 0 is written: a
  * fault like those of mode 1.  Nothing writes mode 0 to a drive with a fault
  * but a reset.
+ * Readings (hal/readings.h): every answer has the voltage, in steps of 0.5 V to
+ * 63.5 V, and the temperature of the board, in whole degC; the q current is asked
+ * for beside them when it is due.
  *
  * Modes: streamed position; profile position and velocity by its own limits of
  * velocity and acceleration (one of them: that of the go's acceleration; a
@@ -41,7 +44,6 @@ struct drive_moteus {
     bool heard, stopping; /* stopping: mode 0 is to be written */
     uint8_t mode;         /* enum moteus_mode and others, as answered */
     int64_t heard_ns;
-    int8_t voltage, temperature; /* 0.5 V, degrees Celsius */
 };
 
 /* Adds the drive to the bus.  MOTION_E_ARG, MOTION_E_RANGE for a config outside

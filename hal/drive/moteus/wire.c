@@ -147,6 +147,18 @@ static bool moteus_is_requested(struct drive_moteus *self, bool wanted,
     return true;
 }
 
+/* Of the readings it alone is not in every answer. */
+static bool moteus_is_current_due(struct drive_moteus *self, int64_t now_ns)
+{
+    enum hal_reading reading;
+    bool is_due = false;
+
+    while ((reading = hal_readings_next(&self->turn.readings, now_ns)) !=
+           HAL_READINGS)
+        is_due |= reading == HAL_READING_CURRENT;
+    return is_due;
+}
+
 static void drive_moteus_emit(struct can_bus_node *node, int64_t now_ns)
 {
     struct drive_moteus *self = moteus_of(node);
@@ -160,6 +172,8 @@ static void drive_moteus_emit(struct can_bus_node *node, int64_t now_ns)
     drive_moteus_put_questions(&frame);
     if (self->turn.motion == DRIVE_TURN_GO)
         moteus_frame_read(&frame, MOTEUS_INT8, MOTEUS_TRAJECTORY_COMPLETE, 1);
+    if (moteus_is_current_due(self, now_ns))
+        moteus_frame_read(&frame, MOTEUS_INT16, MOTEUS_Q_CURRENT, 1);
     moteus_frame_end(&frame);
     (void)can_bus_send(node, &frame);
 }
@@ -183,9 +197,35 @@ static void drive_moteus_step(struct can_bus_node *node, int64_t now_ns)
 /* What one answer says. */
 struct moteus_answer {
     uint32_t pos, vel, torque; /* floats */
-    int32_t mode, fault, voltage, temperature, complete;
+    int32_t mode, fault, complete;
     bool has_mode, has_place, has_fault, has_complete;
+    int32_t milli[HAL_READINGS];
+    unsigned readings; /* 1 << enum hal_reading: those it has */
 };
+
+/* The least integer stands for no number. */
+static void moteus_take_reading(struct moteus_answer *answer,
+                                const struct moteus_value *value)
+{
+    static const struct {
+        unsigned reg;
+        enum moteus_type type;
+        int32_t none, milli;
+    } row[HAL_READINGS] = {
+        [HAL_READING_TEMPERATURE] = { MOTEUS_TEMPERATURE, MOTEUS_INT8, INT8_MIN,
+                                      1000 },
+        [HAL_READING_VOLTAGE] = { MOTEUS_VOLTAGE, MOTEUS_INT8, INT8_MIN, 500 },
+        [HAL_READING_CURRENT] = { MOTEUS_Q_CURRENT, MOTEUS_INT16, INT16_MIN,
+                                  100 },
+    };
+
+    for (unsigned i = 0; i < HAL_READINGS; i++)
+        if (value->reg == row[i].reg && value->type == row[i].type &&
+            value->raw != row[i].none) {
+            answer->milli[i] = value->raw * row[i].milli;
+            answer->readings |= 1u << i;
+        }
+}
 
 static void moteus_take_value(struct moteus_answer *answer,
                               const struct moteus_value *value)
@@ -208,10 +248,8 @@ static void moteus_take_value(struct moteus_answer *answer,
     } else if (value->reg == MOTEUS_TRAJECTORY_COMPLETE && !is_float) {
         answer->complete = value->raw;
         answer->has_complete = true;
-    } else if (value->reg == MOTEUS_VOLTAGE && !is_float) {
-        answer->voltage = value->raw;
-    } else if (value->reg == MOTEUS_TEMPERATURE && !is_float) {
-        answer->temperature = value->raw;
+    } else {
+        moteus_take_reading(answer, value);
     }
 }
 
@@ -255,8 +293,6 @@ static void moteus_take_state(struct drive_moteus *self,
     struct drive_turn *turn = &self->turn;
 
     self->mode = (uint8_t)answer->mode;
-    self->voltage = (int8_t)answer->voltage;
-    self->temperature = (int8_t)answer->temperature;
     turn->armed = self->mode == MOTEUS_MODE_POSITION;
     /* also after its watchdog, which may brake or hold */
     turn->torque = self->mode > MOTEUS_MODE_FAULT;
@@ -293,6 +329,10 @@ static bool moteus_take(struct drive_moteus *self,
     self->heard_ns = now_ns;
     drive_turn_note_torque(turn, answer->torque, MOTION_FIXED_ONE_Q32);
     moteus_take_state(self, answer);
+    for (unsigned i = 0; i < HAL_READINGS; i++)
+        if ((answer->readings >> i & 1) != 0)
+            (void)hal_readings_put(&turn->readings, (enum hal_reading)i,
+                                   answer->milli[i], now_ns);
     moteus_take_complete(self, answer, now_ns);
     return true;
 }

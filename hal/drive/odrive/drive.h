@@ -12,6 +12,9 @@
  * (remote frame), which feeds its watchdog too.
  * Torque: where config says so it is asked for every 10 ms, by Get_Torques, and
  * of firmware 0.5 as the current of Get_Iq; not known 30 ms after an answer.
+ * Readings (hal/readings.h): Get_Temperature (the power stage or the motor,
+ * whichever is hotter; firmware 0.5 has none, which is refused at start-up),
+ * Get_Bus_Voltage_Current, Get_Iq; behind the set point of a cycle.
  * Off: Set_Axis_State idle, and Estop when that does not help; both let the
  * motor coast: a vertical axis needs a brake.
  *

@@ -21,6 +21,8 @@ enum odrive_command {
     ODRIVE_SET_TRAJ_VEL = 0x11,
     ODRIVE_SET_TRAJ_ACC = 0x12,
     ODRIVE_GET_IQ = 0x14,
+    ODRIVE_GET_TEMPERATURE = 0x15, /* 0.6; sensorless estimates in 0.5 */
+    ODRIVE_GET_SUPPLY = 0x17,      /* Get_Bus_Voltage_Current */
     ODRIVE_CLEAR_ERRORS = 0x18,
     ODRIVE_GET_TORQUES = 0x1C, /* 0.6; ADC voltage in 0.5 */
 };

@@ -116,6 +116,11 @@ static void odrive_sdo(struct drive_odrive *self, unsigned opcode)
 
 static int odrive_step_parameters(struct drive_odrive *self)
 {
+    if (self->family == DRIVE_ODRIVE_05 &&
+        hal_readings_want(&self->turn.readings, HAL_READING_TEMPERATURE)) {
+        drive_turn_say(&self->turn, "firmware 0.5 reports no temperature");
+        return MOTION_E_REFUSED;
+    }
     if (!odrive_has_watchdog(self) || self->parameter == 2) {
         odrive_start_next(self, DRIVE_ODRIVE_POSITION);
         return MOTION_E_AGAIN;

@@ -153,19 +153,41 @@ static void odrive_send_go(struct drive_odrive *self)
         self->turn.go.sent_ns = turn->now_ns;
 }
 
-static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
-{
-    struct drive_odrive *self = odrive_of(node);
+/* What asks for a reading. */
+static const enum odrive_command odrive_readings[HAL_READINGS] = {
+    [HAL_READING_TEMPERATURE] = ODRIVE_GET_TEMPERATURE,
+    [HAL_READING_VOLTAGE] = ODRIVE_GET_SUPPLY,
+    [HAL_READING_CURRENT] = ODRIVE_GET_IQ,
+};
 
-    (void)now_ns;
-    if (!drive_turn_next(&self->turn) || self->turn.motion == DRIVE_TURN_HOME)
+static void odrive_request_readings(struct drive_odrive *self, int64_t now_ns)
+{
+    enum hal_reading reading;
+
+    if (!drive_turn_is_watched(&self->turn))
         return;
+    while ((reading = hal_readings_next(&self->turn.readings, now_ns)) !=
+           HAL_READINGS)
+        odrive_request(self, odrive_readings[reading]);
+}
+
+static void odrive_send_order(struct drive_odrive *self)
+{
     if (self->turn.motion == DRIVE_TURN_SLOW)
         odrive_slow(self);
     else if (self->turn.motion != DRIVE_TURN_GO)
         odrive_pass(self);
     else if (self->turn.go.sent_ns == 0)
         odrive_send_go(self);
+}
+
+static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
+{
+    struct drive_odrive *self = odrive_of(node);
+
+    if (drive_turn_next(&self->turn) && self->turn.motion != DRIVE_TURN_HOME)
+        odrive_send_order(self);
+    odrive_request_readings(self, now_ns);
 }
 
 /* ---- every cycle ---- */
@@ -342,6 +364,43 @@ static void odrive_take_torque(struct drive_odrive *self, unsigned command,
     self->torque_ns = now_ns;
 }
 
+static void odrive_put_reading(struct drive_odrive *self,
+                               enum hal_reading reading, uint32_t bits,
+                               int64_t now_ns)
+{
+    if (hal_float32_is_finite(bits))
+        (void)hal_readings_put_q16(&self->turn.readings, reading,
+                                   hal_float32_to_fixed(bits, 16), now_ns);
+}
+
+/* A motor without a sensor has no number, or 0. */
+static void odrive_take_temperature(struct drive_odrive *self,
+                                    const uint8_t data[8], int64_t now_ns)
+{
+    const uint32_t stage = hal_float32_get(data);
+    const uint32_t motor = hal_float32_get(&data[4]);
+    const bool is_motor =
+        hal_float32_is_finite(motor) &&
+        hal_float32_to_fixed(motor, 16) > hal_float32_to_fixed(stage, 16);
+
+    odrive_put_reading(self, HAL_READING_TEMPERATURE,
+                       hal_float32_is_finite(stage) && is_motor ? motor : stage,
+                       now_ns);
+}
+
+static void odrive_take_reading(struct drive_odrive *self, unsigned command,
+                                const uint8_t data[8], int64_t now_ns)
+{
+    if (command == ODRIVE_GET_TEMPERATURE && self->family == DRIVE_ODRIVE_06)
+        odrive_take_temperature(self, data, now_ns);
+    else if (command == ODRIVE_GET_SUPPLY)
+        odrive_put_reading(self, HAL_READING_VOLTAGE, hal_float32_get(data),
+                           now_ns);
+    else if (command == ODRIVE_GET_IQ)
+        odrive_put_reading(self, HAL_READING_CURRENT, hal_float32_get(&data[4]),
+                           now_ns);
+}
+
 /* active_errors, then disarm_reason. */
 static void odrive_take_error(struct drive_odrive *self, const uint8_t data[8])
 {
@@ -372,6 +431,7 @@ static enum can_bus_take odrive_take(struct drive_odrive *self,
         return CAN_BUS_FOREIGN;
     if (frame->len != 8)
         return CAN_BUS_MALFORMED;
+    odrive_take_reading(self, command, frame->data, now_ns);
     if (command == ODRIVE_HEARTBEAT)
         odrive_take_heartbeat(self, frame->data, now_ns);
     else if (command == ODRIVE_GET_VERSION)

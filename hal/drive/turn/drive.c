@@ -29,7 +29,8 @@ static bool init_is_legal(const struct drive_turn_config *config)
            config->period_ns >= 62500 && config->period_ns <= 20000000 &&
            config->latency_ns >= 0 && config->answer_ns >= 0 &&
            config->state_timeout_ns >= 0 && config->stop_acc_q32 > 0 &&
-           config->first_step_max_q32 >= 0 && config->rated_torque_mnm >= 0;
+           config->first_step_max_q32 >= 0 && config->rated_torque_mnm >= 0 &&
+           config->readings < 1u << HAL_READINGS;
 }
 
 static void init_defaults(struct drive_turn_config *config)
@@ -91,6 +92,7 @@ int drive_turn_init(struct drive_turn *self, const struct drive_turn_ops *ops,
     self->drive.ops = &drive_turn_drive_ops;
     self->ops = ops;
     self->config = *config;
+    self->readings.wanted = config->readings;
     init_defaults(&self->config);
     err = init_ratios(self);
     if (err == MOTION_OK)

@@ -37,6 +37,7 @@
 #define HAL_DRIVE_TURN_DRIVE_H
 
 #include "hal/drive.h"
+#include "hal/readings.h"
 #include "hal/support/ratio.h"
 #include "hal/support/text.h"
 
@@ -55,6 +56,7 @@ struct drive_turn_config {
     int64_t answer_ns;        /* a position's time on the wire */
     int64_t state_timeout_ns; /* to arm, to disarm, to clear; 0: 1 s */
     int64_t stop_acc_q32;     /* unit/s2 of the quick stop, > 0 */
+    unsigned readings;        /* 1 << enum hal_reading: those that are read */
     int64_t first_step_max_q32; /* as hal/drive/cia402/drive.h; 0: 1 unit */
     int32_t rated_torque_mnm;   /* torque_permille is of it; 0: no torque */
 };
@@ -142,6 +144,7 @@ struct drive_turn {
     int64_t actual_q32, actual_vel_q32, actual_ns;
     int32_t torque_mnm;
     bool torque_known;
+    struct hal_readings readings;
 
     /* what it is told */
     enum drive_turn_motion motion;

@@ -14,6 +14,7 @@
 #include "hal/modbus/map.h"
 #include "hal/modbus/rtu_slave.h"
 #include "sim/bus/modbus.h"
+#include "sim/device/readings.h"
 #include "sim/physics/plant.h"
 
 struct sim_modbus_maker;
@@ -59,6 +60,7 @@ struct sim_modbus_servo {
     struct sim_world *world;
     struct sim_modbus_servo_config config;
     struct sim_plant plant;
+    struct sim_readings readings; /* its owner moves them off */
 
     /* Private from here on. */
     const struct sim_modbus_behaviour *behaviour;

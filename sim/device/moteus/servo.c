@@ -13,6 +13,7 @@
 #define MOTEUS_TURN_Q24  (SIM_MOTEUS_COUNTS * 16777216.0)
 /* As delivered: servo.default_timeout_s. */
 #define MOTEUS_TIMEOUT_S 0.1f
+#define MOTEUS_NM_PER_A  0.1
 
 static struct sim_moteus *moteus_of(struct sim_servo *base)
 {
@@ -117,6 +118,24 @@ static double moteus_torque_nm(struct sim_moteus *self)
     return sim_servo_torque(&self->base) * self->config.torque_nm;
 }
 
+/* Not a number where it has none. */
+static bool moteus_reading(struct sim_moteus *self, unsigned reg, double *value)
+{
+    const struct sim_readings *readings = &self->base.readings;
+
+    if (reg == 0x004)
+        *value = moteus_torque_nm(self) / MOTEUS_NM_PER_A;
+    else if (reg == 0x00D)
+        *value = 24 + readings->more_v;
+    else if (reg == 0x00E)
+        *value = 31 + sim_readings_warmth_degc(readings, &self->base.plant);
+    else
+        return false;
+    if (readings->missing)
+        *value = (double)NAN;
+    return true;
+}
+
 /* Model, firmware 0.3.4, version of the registers, id; serial number. */
 static bool moteus_identity(const struct sim_moteus *self, unsigned reg,
                             double *value)
@@ -151,10 +170,8 @@ bool sim_moteus_read(struct sim_moteus *self, unsigned reg, double *value)
         *value = moteus_torque_nm(self);
     else if (reg == 0x00B)
         *value = self->complete;
-    else if (reg == 0x00D)
-        *value = 24;
-    else if (reg == 0x00E)
-        *value = 31;
+    else if (moteus_reading(self, reg, value))
+        return true;
     else if (reg == 0x00F)
         *value = self->fault;
     else if (reg >= 0x020 && reg < 0x020 + SIM_MOTEUS_COMMANDS)

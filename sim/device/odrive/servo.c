@@ -147,17 +147,26 @@ static void odrive_currents(struct sim_odrive *self)
     const float current_a =
         (float)(odrive_torque_nm(self) / self->config.torque_constant);
 
+    if (self->base.readings.missing)
+        return;
     odrive_pair(self, 0x14, current_a, current_a);
 }
 
 static void odrive_temperatures(struct sim_odrive *self)
 {
-    odrive_pair(self, 0x15, 31.5f, 27.25f);
+    sim_servo_advance(&self->base);
+    const float warmth_degc = (float)sim_readings_warmth_degc(
+        &self->base.readings, &self->base.plant);
+
+    if (!self->base.readings.missing)
+        odrive_pair(self, 0x15, 31.5f + warmth_degc, 27.25f + warmth_degc);
 }
 
 static void odrive_supply(struct sim_odrive *self)
 {
-    odrive_pair(self, 0x17, 24.0f, 0.5f);
+    if (!self->base.readings.missing)
+        odrive_pair(self, 0x17, 24.0f + (float)self->base.readings.more_v,
+                    0.5f);
 }
 
 static void odrive_torques(struct sim_odrive *self)

@@ -9,8 +9,8 @@
  *
  * One turn is SIM_ODRIVE_COUNTS of the plant's counts.
  *
- * Its torque is that of the loop, and of feed-forward.  Of the supply,
- * temperatures and powers it says what never changes.
+ * Its torque is that of the loop, and of feed-forward.  Temperatures and supply
+ * are as sim/device/readings.h has them, powers never change.
  *
  * What was chosen here: it has the states idle, closed loop and homing; any
  * other is refused with "invalid state".  Homing goes to its end stop at a

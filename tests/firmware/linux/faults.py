@@ -38,6 +38,8 @@ RIGS = {
     "dolly": ("examples/dolly", 1, ("1.5 s", "9 s", "20 s")),
     "modbus": ("examples/modbus", 5, ("1.5 s", "3 s", "4.5 s")),
     "odrive": ("examples/odrive", 1, ("500 ms", "1.5 s", "2 s")),
+    # the same, monitored
+    "monitored": ("examples/odrive", 1, ("500 ms", "1.5 s", "2 s")),
     # examples/modbus, its servo on TCP
     "tcp": ("examples/modbus", 5, ("1.5 s", "3 s", "4.5 s")),
 }
@@ -228,6 +230,21 @@ ROWS = [
     ("bus voltage: the drive's own limit", "dolly",
      "fault: drive_fault, axis: focus, code: 0x3210", DRIVE, "focus", "STOP",
      0, 2 * T),
+    ("near a limit of temperature, ODrive", "monitored",
+     "fault: overheat, axis: slider, by: 43 degC", "", "", "none", 0, 0),
+    ("over-temperature, ODrive", "monitored",
+     "fault: overheat, axis: slider, by: 60 degC", DRIVE, "slider", "STOP", 100,
+     T),
+    ("over-temperature, moteus", "monitored",
+     "fault: overheat, axis: pan, by: 60 degC", DRIVE, "pan", "STOP", 100, T),
+    ("over-voltage, ODrive", "monitored",
+     "fault: supply, axis: slider, by: 7 V", DRIVE, "slider", "STOP", 100, T),
+    ("under-voltage, moteus", "monitored",
+     "fault: supply, axis: pan, by: -6 V", DRIVE, "pan", "STOP", 100, T),
+    ("temperature, voltage missing, ODrive", "monitored",
+     "fault: reading_lost, axis: slider", DRIVE, "slider", "STOP", 100, T),
+    ("temperature, voltage missing, moteus", "monitored",
+     "fault: reading_lost, axis: pan", DRIVE, "pan", "STOP", 100, T),
 ]
 
 # What needs more than a simulated bus.
@@ -257,6 +274,24 @@ def tcp_rig(directory):
     return path
 
 
+LIMITS = "{temperature: 80 degC, voltage: [20 V, 30 V]}"
+
+
+def monitored_rig(directory):
+    """Writes examples/odrive with limits for its drives."""
+    with open("examples/odrive/rig.yaml", encoding="utf-8") as file:
+        text = file.read()
+    for drive in ("endpoints: endpoints.json}", "turns: 50 per rev}"):
+        assert drive in text
+        text = text.replace(drive, f"{drive[:-1]}, monitor: {LIMITS}}}")
+    with open(f"{directory}/monitored.yaml", "w", encoding="utf-8") as file:
+        file.write(text)
+    with open("examples/odrive/endpoints.json", encoding="utf-8") as file:
+        text = file.read()
+    with open(f"{directory}/endpoints.json", "w", encoding="utf-8") as file:
+        file.write(text)
+
+
 class Run:
     """One run: what telemetry and report say of it."""
 
@@ -266,8 +301,8 @@ class Run:
         with open(base + ".yaml", "w", encoding="utf-8") as file:
             file.write(f"faults: [{{{script}, at: {at}}}]\n")
         path = RIGS[rig][0]
-        rig_path = f"{directory}/{rig}.yaml" if rig in ("dolly", "tcp") \
-            else f"{path}/rig.yaml"
+        rig_path = f"{directory}/{rig}.yaml" \
+            if rig in ("dolly", "tcp", "monitored") else f"{path}/rig.yaml"
         done = subprocess.run(
             [slew, "run", "--json", "--faults", base + ".yaml", "--telemetry",
              base + ".csv", rig_path, f"{path}/move.yaml"],
@@ -425,6 +460,7 @@ def main():
         with open(f"{directory}/dolly.yaml", "w", encoding="utf-8") as file:
             file.write(text + GPIO)
         tcp_rig(directory)
+        monitored_rig(directory)
         jobs = [[pool.submit(judge, slew, directory, row, at, f"{n}-{i}")
                  for i, at in enumerate(RIGS[row[1]][2])]
                 for n, row in enumerate(ROWS)]

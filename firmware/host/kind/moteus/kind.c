@@ -20,6 +20,7 @@ static const struct yaml_field rig_moteus_fields[] = {
     { "turns", YAML_REQUIRED, RIG_TURN_EXPECTED, rig_read_turn, 0 },
     { "rated_torque", YAML_OPTIONAL, RIG_RATED_TORQUE_EXPECTED,
       rig_read_rated_torque, offsetof(struct rig_axis, rated_torque_mnm) },
+    RIG_MONITOR_FIELD,
 };
 const struct yaml_shape rig_moteus_shape = { "moteus_drive", rig_moteus_fields,
                                              ARRAY_LEN(rig_moteus_fields) };
@@ -27,7 +28,24 @@ const struct yaml_shape rig_moteus_shape = { "moteus_drive", rig_moteus_fields,
 static int moteus_read(struct rig_reader *reader,
                        const struct yaml_value *value, struct rig_axis *axis)
 {
-    return yaml_fields_read(value, &rig_moteus_shape, reader, axis);
+    struct yaml_value lower = *value;
+
+    if (yaml_fields_read(value, &rig_moteus_shape, reader, axis) < 0)
+        return -1;
+    lower.expected = "a highest voltage of at most 63 V";
+    return (axis->monitor.wanted >> HAL_READING_VOLTAGE & 1) == 0 ||
+                   axis->monitor.limit[HAL_READING_VOLTAGE].high_milli <= 63000
+               ? 0
+               : yaml_value_refuse(&lower, "monitors a voltage beyond the 63.5 "
+                                           "V that its drive can say");
+}
+
+static unsigned moteus_readings(const struct rig *rig,
+                                const struct rig_axis *axis)
+{
+    (void)rig;
+    (void)axis;
+    return (1u << HAL_READINGS) - 1;
 }
 
 /* ---- what it has on its bus ---- */
@@ -35,6 +53,14 @@ static int moteus_read(struct rig_reader *reader,
 /* One frame with set point and questions, and an answer. */
 #define MOTEUS_ORDER_BYTES  32
 #define MOTEUS_ANSWER_BYTES 24
+/* With the question for the current, and its answer. */
+#define MOTEUS_CURRENT_BYTES        48
+#define MOTEUS_ANSWER_CURRENT_BYTES 32
+
+static bool moteus_asks_current(const struct rig_axis *axis)
+{
+    return (axis->monitor.wanted >> HAL_READING_CURRENT & 1) != 0;
+}
 
 static unsigned moteus_frames(const struct rig *rig, unsigned i,
                               struct rig_frame frame[RIG_FRAMES_MAX])
@@ -48,7 +74,15 @@ static unsigned moteus_frames(const struct rig *rig, unsigned i,
     frame[1] =
         (struct rig_frame){ "feedback", tick_ns,
                             turn_fd_bits(bus, MOTEUS_ANSWER_BYTES), 0, 1 };
-    return 2;
+    /* what those two are longer by when they have the current */
+    frame[2] =
+        (struct rig_frame){ "current", HAL_READING_NS,
+                            turn_fd_bits(bus, MOTEUS_CURRENT_BYTES) -
+                                turn_fd_bits(bus, MOTEUS_ORDER_BYTES) +
+                                turn_fd_bits(bus, MOTEUS_ANSWER_CURRENT_BYTES) -
+                                turn_fd_bits(bus, MOTEUS_ANSWER_BYTES),
+                            0, 0 };
+    return moteus_asks_current(&rig->axis[i]) ? 3 : 2;
 }
 
 /* Mode, position, velocity, torque, voltage, temperature, fault: the answer to
@@ -92,6 +126,13 @@ static void moteus_expect(const struct rig *rig, unsigned i,
     moteus_answer(&frame, axis, &point);
     frame.switched = switched;
     bits[1] = turn_frame_bits(bus, &frame);
+    bits[2] = 0;
+    if (moteus_asks_current(axis)) {
+        struct rig_frame most[RIG_FRAMES_MAX];
+
+        (void)moteus_frames(rig, i, most);
+        bits[2] = most[2].bits;
+    }
 }
 
 const struct rig_kind rig_kind_moteus = {
@@ -99,6 +140,7 @@ const struct rig_kind rig_kind_moteus = {
     .is_for = moteus_is_for,
     .read = moteus_read,
     .reports_torque = true,
+    .readings = moteus_readings,
     .torque_in_nm = true,
     .cannot_home = "a moteus, which has no homing of its own",
     .frames = moteus_frames,

@@ -5,7 +5,8 @@
  * answer (8 bytes); per heartbeat period one of 8 bytes.  It says its position
  * by itself too, every 10 ms as it is delivered, and is not asked in such a
  * tick: no more than one each tick, or one each 10 ms.  Where it is asked for its
- * torque, that and the answer (8 bytes) in the first tick after 10 ms. */
+ * torque, that and the answer (8 bytes) in the first tick after 10 ms; for each
+ * reading that is monitored the same every 30 ms. */
 #include "firmware/host/kind/turn/budget.h"
 #include "firmware/host/kind/odrive/parts.h"
 #include "hal/drive/odrive/drive.h"
@@ -19,6 +20,23 @@ static int64_t estimates_ns(const struct rig *rig)
 {
     return rig->period_ns < ODRIVE_ESTIMATES_NS ? rig->period_ns
                                                 : ODRIVE_ESTIMATES_NS;
+}
+
+/* What is monitored: a question each and its answer, behind the set point. */
+static unsigned odrive_reading_frames(const struct rig_axis *axis,
+                                      unsigned count,
+                                      struct rig_frame frame[RIG_FRAMES_MAX])
+{
+    for (unsigned i = 0; i < HAL_READINGS; i++) {
+        if ((axis->monitor.wanted >> i & 1) == 0)
+            continue;
+        frame[count++] = (struct rig_frame){ "question", HAL_READING_NS,
+                                             turn_classic_bits(0), 0, 0 };
+        frame[count++] =
+            (struct rig_frame){ hal_reading_text((enum hal_reading)i),
+                                HAL_READING_NS, turn_classic_bits(8), 0, 0 };
+    }
+    return count;
 }
 
 unsigned odrive_frames(const struct rig *rig, unsigned i,
@@ -40,13 +58,17 @@ unsigned odrive_frames(const struct rig *rig, unsigned i,
                                    turn_classic_bits(0), 1, 0 };
     frame[5] =
         (struct rig_frame){ "torque", torque_ns, turn_classic_bits(8), 1, 0 };
-    return rig->axis[i].rated_torque_mnm > 0 ? 6 : 4;
+    return odrive_reading_frames(
+        &rig->axis[i], rig->axis[i].rated_torque_mnm > 0 ? 6 : 4, frame);
 }
 
 /* ---- in the mean ---- */
 
 #define ODRIVE_HEARTBEAT   0x01u
 #define ODRIVE_ESTIMATES   0x09u
+#define ODRIVE_IQ          0x14u
+#define ODRIVE_TEMPERATURE 0x15u
+#define ODRIVE_SUPPLY      0x17u
 #define ODRIVE_TORQUES     0x1Cu
 #define ODRIVE_CLOSED_LOOP 8u
 #define ODRIVE_TICKS       10000
@@ -68,6 +90,31 @@ static double requested_share(const struct rig *rig)
         count += requested;
     }
     return (double)count / ODRIVE_TICKS;
+}
+
+/* As a number with as many bits as any. */
+static void odrive_expect_readings(const struct rig_bus *bus,
+                                   const struct rig_axis *axis, uint32_t id,
+                                   uint32_t number, double *bits)
+{
+    static const uint8_t command[HAL_READINGS] = {
+        [HAL_READING_TEMPERATURE] = ODRIVE_TEMPERATURE,
+        [HAL_READING_VOLTAGE] = ODRIVE_SUPPLY,
+        [HAL_READING_CURRENT] = ODRIVE_IQ,
+    };
+
+    for (unsigned i = 0; i < HAL_READINGS; i++) {
+        struct hal_can_frame frame = { .id = id | command[i], .remote = true };
+
+        if ((axis->monitor.wanted >> i & 1) == 0)
+            continue;
+        *bits++ = turn_frame_bits(bus, &frame);
+        frame.remote = false;
+        frame.len = 8;
+        hal_float32_put(frame.data, number);
+        hal_float32_put(&frame.data[4], number);
+        *bits++ = turn_frame_bits(bus, &frame);
+    }
 }
 
 void odrive_expect(const struct rig *rig, unsigned i,
@@ -104,4 +151,6 @@ void odrive_expect(const struct rig *rig, unsigned i,
     hal_float32_put(frame.data, torque);
     hal_float32_put(&frame.data[4], torque);
     bits[5] = turn_frame_bits(bus, &frame);
+    odrive_expect_readings(bus, axis, id, torque,
+                           &bits[axis->rated_torque_mnm > 0 ? 6 : 4]);
 }

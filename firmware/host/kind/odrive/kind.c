@@ -80,6 +80,7 @@ static const struct yaml_field rig_odrive_fields[] = {
       "yes: the drive is not set up to stop by itself when the bus "
       "is dead, and something else takes its torque off",
       yaml_read_bool, offsetof(struct rig_axis, unsupervised) },
+    RIG_MONITOR_FIELD,
 };
 const struct yaml_shape rig_odrive_shape = { "odrive_drive", rig_odrive_fields,
                                              ARRAY_LEN(rig_odrive_fields) };
@@ -146,7 +147,18 @@ static const char *odrive_unsupervised(const struct rig *rig,
                : NULL;
 }
 
+/* One without a list of endpoints may be of firmware 0.5, which has no
+ * temperature: that is said once it is known. */
+static unsigned odrive_readings(const struct rig *rig,
+                                const struct rig_axis *axis)
+{
+    (void)rig;
+    (void)axis;
+    return (1u << HAL_READINGS) - 1;
+}
+
 const struct rig_kind rig_kind_odrive = {
+    .readings = odrive_readings,
     .has_heartbeat = true,
     .reports_torque = true,
     .torque_in_nm = true,

@@ -8,6 +8,7 @@
 #include "firmware/host/job/budget.h"
 #include "firmware/host/job/job.h"
 #include "firmware/host/job/job_shots.h"
+#include "firmware/host/job/monitored.h"
 #include "firmware/host/job/path_report.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
@@ -28,6 +29,7 @@ static void cmd_check_json(const struct job *job, bool fits)
     path_report_json(job, report);
     job_json_violations(job, report);
     budget_json(&job->rig, job, report);
+    monitored_json(&job->rig, report);
     shots_plan_json(job, report);
     json_print(report, stdout);
 }
@@ -71,6 +73,7 @@ static void cmd_check_text(const struct job *job, int64_t rate_q30,
     if (job->violation_count > 0)
         job_print_violations(job, stdout);
     cmd_check_buses(job);
+    monitored_print(&job->rig, stdout);
     path_report_text(job, stdout);
     shots_plan_print(job, stdout);
 }
@@ -129,7 +132,8 @@ const struct command cmd_check = {
         "Then, for each bus, what is sent on it how often, how long it is on\n"
         "the wire at most, and how much of the bus's time that takes: more "
         "than\n"
-        "100 % is refused, with what would fit.\n",
+        "100 % is refused, with what would fit; and which drives are "
+        "monitored.\n",
     .examples = "  slew check examples/dolly\n"
                 "  slew check --json rig.yaml move.yaml\n"
                 "  slew check --override 150 examples/dolly\n",

@@ -40,6 +40,11 @@ static int moteus_sim_init(struct machine_sim *sim, const struct rig *rig,
     return sim_moteus_init(sim->servo[i], &sim->wire[axis->bus], &config);
 }
 
+static struct hal_readings *moteus_readings(struct machine *machine, unsigned i)
+{
+    return &((struct drive_moteus *)machine->drive[i])->turn.readings;
+}
+
 static struct sim_servo *moteus_sim_servo(struct machine_sim *sim, unsigned i)
 {
     return &((struct sim_moteus *)sim->servo[i])->base;
@@ -54,6 +59,7 @@ const struct machine_kind machine_kind_moteus = {
     .drive_size = sizeof(struct drive_moteus),
     .sim_size = sizeof(struct sim_moteus),
     .init = moteus_init,
+    .readings = moteus_readings,
     .sim_init = moteus_sim_init,
     .sim_servo = moteus_sim_servo,
     .sim_loop_ns = TURN_SIM_LOOP_NS,

@@ -55,6 +55,11 @@ static int odrive_sim_init(struct machine_sim *sim, const struct rig *rig,
     return sim_odrive_init(sim->servo[i], &sim->wire[axis->bus], &config);
 }
 
+static struct hal_readings *odrive_readings(struct machine *machine, unsigned i)
+{
+    return &((struct drive_odrive *)machine->drive[i])->turn.readings;
+}
+
 static struct sim_servo *odrive_sim_servo(struct machine_sim *sim, unsigned i)
 {
     return &((struct sim_odrive *)sim->servo[i])->base;
@@ -69,6 +74,7 @@ const struct machine_kind machine_kind_odrive = {
     .drive_size = sizeof(struct drive_odrive),
     .sim_size = sizeof(struct sim_odrive),
     .init = odrive_init,
+    .readings = odrive_readings,
     .sim_init = odrive_sim_init,
     .sim_servo = odrive_sim_servo,
     .sim_loop_ns = TURN_SIM_LOOP_NS,

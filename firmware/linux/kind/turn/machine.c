@@ -13,6 +13,7 @@ struct drive_turn_config turn_config(const struct machine *machine, unsigned i)
         .answer_ns = turn_budget_answer_ns(rig, i),
         .stop_acc_q32 = axis->stop_acc_q32,
         .rated_torque_mnm = axis->rated_torque_mnm,
+        .readings = axis->monitor.wanted,
     };
 
     rig_axis_turn(axis, &config.turns_num, &config.turns_den);

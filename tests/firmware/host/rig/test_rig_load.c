@@ -856,6 +856,19 @@ static const struct {
     { "rig_merge_key.yaml", 5, 5, "merge keys (<<) are not read" },
     { "rig_missing_axes.yaml", 1, 1, "the rig has no 'axes'" },
     { "rig_missing_unit.yaml", 5, 5, "dolly has no 'unit'" },
+    { "rig_monitor_cold.yaml", 12, 108,
+      "temperature '-5 degC' is out of range" },
+    { "rig_monitor_current_zero.yaml", 12, 104,
+      "current '0 A' is out of range" },
+    { "rig_monitor_hot.yaml", 12, 108,
+      "temperature '301 degC' is out of range" },
+    { "rig_monitor_key.yaml", 12, 95, "unknown key 'heat'" },
+    { "rig_monitor_moteus.yaml", 12, 12,
+      "drive monitors a voltage beyond the 63.5 V that its drive can say" },
+    { "rig_monitor_unit.yaml", 12, 108, "temperature '80 V' is a voltage" },
+    { "rig_monitor_voltage_one.yaml", 12, 104, "voltage is a single value" },
+    { "rig_monitor_voltage_order.yaml", 12, 111,
+      "voltage ends where it begins or before" },
     { "rig_moteus_without_fd.yaml", 12, 32,
       "bus can0 is a can bus without FD frames, not one for this kind of "
       "drive" },
@@ -1090,7 +1103,7 @@ static void a_long_list_of_names_is_cut(void **state)
     assert_int_equal(move_load(&disk_files, GOOD_MOVE, &other, &move, message),
                      -1);
     assert_true(is_well_formed(GOOD_MOVE, message));
-    assert_non_null(strstr(message, "long_nai ..."));
+    assert_non_null(strstr(message, "long_nak ..."));
 }
 
 static void a_hundred_thousand_keys_are_read(void **state)

@@ -28,7 +28,7 @@ static uint32_t take(int64_t off_q32, int64_t vel_q32)
 {
     const struct controller_axis axis = { .following_q32 = off_q32,
                                           .target.vel_q32 = vel_q32 };
-    machine_warnings_step(&warnings, &rail, &axis);
+    machine_warnings_step(&warnings, &rail, &axis, NULL);
     return warnings.newest.number;
 }
 

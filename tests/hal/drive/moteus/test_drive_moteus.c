@@ -62,8 +62,10 @@ static void it_asks_until_it_is_answered(void **state)
     assert_int_equal(seen.vel_q32, -ONE / 2);
     assert_true(seen.torque_known);
     assert_int_equal(seen.torque_permille, 100);
-    assert_int_equal(drive.voltage, 48);
-    assert_int_equal(drive.temperature, 31);
+    assert_int_equal(drive.turn.readings.value[HAL_READING_VOLTAGE].milli,
+                     24000);
+    assert_int_equal(drive.turn.readings.value[HAL_READING_TEMPERATURE].milli,
+                     31000);
 }
 
 static void set_points_are_as_mjbots_builds_them(void **state)
