@@ -25,9 +25,9 @@
  * Modes: streamed position, profile position (the trapezoidal trajectory),
  * homing (state 11, by the drive's own end stops and speeds; method and speeds
  * of hal_drive_home do not matter).  The quick stop and the halt of a go are
- * ramps of ours in passthrough.  A homing is broken off by closed loop and such a
- * ramp, and halted by holding where it is.  It ends on the drive's position 0,
- * which is the home point; the drive goes on counting from there.
+ * ramps of ours in passthrough, those of a homing too, after closed loop.  It
+ * ends on the drive's position 0, which is the home point; the drive goes on
+ * counting from there.
  * fault_code is the number of the lowest error bit, plus 1.
  *
  * Source: ODrive firmware 0.5.6 (can_simple.cpp) and its CAN protocol page;

@@ -45,9 +45,7 @@ static int seek_request(struct drive_odrive *self)
     struct drive_turn *turn = &self->turn;
     const bool over = seek_is_told(self) && self->axis_state == ODRIVE_IDLE;
 
-    if (turn->home.halted)
-        seek_next(turn, SEEK_ARM);
-    else if (self->axis_state == ODRIVE_HOMING || over)
+    if (self->axis_state == ODRIVE_HOMING || over)
         seek_next(turn, SEEK_RUN);
     else if (seek_again(turn))
         (void)odrive_send_u32(self, ODRIVE_SET_AXIS_STATE, ODRIVE_HOMING, 0, 1);
@@ -69,13 +67,11 @@ static int seek_run(struct drive_odrive *self)
 {
     struct drive_turn *turn = &self->turn;
 
-    if (!turn->home.halted) {
-        if (self->axis_state == ODRIVE_HOMING)
-            return MOTION_E_AGAIN;
-        if (self->family == DRIVE_ODRIVE_06 && self->result != 0)
-            return seek_fail(self);
-        drive_turn_homed(turn);
-    }
+    if (self->axis_state == ODRIVE_HOMING)
+        return MOTION_E_AGAIN;
+    if (self->family == DRIVE_ODRIVE_06 && self->result != 0)
+        return seek_fail(self);
+    drive_turn_homed(turn);
     seek_next(turn, SEEK_ARM);
     return MOTION_E_AGAIN;
 }

@@ -195,7 +195,8 @@ static unsigned drive_turn_modes(struct hal_drive *drive)
 static bool is_at_rest(const struct drive_turn *self)
 {
     return self->state == HAL_DRIVE_OFF ||
-           (self->state == HAL_DRIVE_ENABLED && drive_turn_is_standing(self) &&
+           (self->state == HAL_DRIVE_ENABLED && !self->home.broken_off &&
+            drive_turn_is_standing(self) &&
             (self->motion == DRIVE_TURN_FOLLOW ||
              (self->motion == DRIVE_TURN_GO && self->go_done)));
 }
@@ -286,9 +287,11 @@ static int drive_turn_halt(struct hal_drive *drive)
     if (self->state != HAL_DRIVE_ENABLED ||
         (self->motion != DRIVE_TURN_GO && self->motion != DRIVE_TURN_HOME))
         return MOTION_E_STATE;
-    if (self->motion == DRIVE_TURN_GO)
+    if (self->motion == DRIVE_TURN_HOME)
+        self->homing = HAL_DRIVE_HOMING_FAILED;
+    if (self->motion == DRIVE_TURN_GO || self->torque)
         drive_turn_brake(self);
-    else
+    else /* it has come home: once it is armed again */
         self->home.halted = true;
     return MOTION_OK;
 }

@@ -157,11 +157,11 @@ struct drive_turn {
         int64_t sent_ns; /* by the wire part; 0: not yet */
     } go;
     struct {
-        unsigned step;       /* the wire part's own */
-        int64_t pos_q32;     /* of the home point */
-        int64_t since_ns;    /* of the step */
-        int64_t deadline_ns; /* of all of it; of breaking it off */
-        bool halted;
+        unsigned step;         /* the wire part's own */
+        int64_t pos_q32;       /* of the home point */
+        int64_t since_ns;      /* of the step */
+        int64_t deadline_ns;   /* of all of it; of breaking it off */
+        bool halted;           /* between its end and being armed again */
         bool broken_off, told; /* it is ramped down; the drive was told so */
     } home;
     int64_t origin_q32; /* of our positions, where the drive has 0 */

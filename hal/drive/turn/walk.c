@@ -136,6 +136,14 @@ static bool walk_took_too_long(const struct drive_turn *self)
     return self->now_ns - self->since_ns > self->config.state_timeout_ns;
 }
 
+/* It has come home just now, and counts from there. */
+static bool walk_counts_anew(const struct drive_turn *self)
+{
+    const int64_t off_q32 = self->actual_q32 - self->target_q32;
+
+    return off_q32 > self->first_step_q32 || off_q32 < -self->first_step_q32;
+}
+
 /* Out of its homing once at first; again, from where it is then, while its
  * heartbeats say that it did not hear. */
 static void walk_break_off(struct drive_turn *self)
@@ -164,6 +172,8 @@ static bool walk_brakes(struct drive_turn *self)
         !fails &&
         (drive_turn_ramps(self) ||
          (!self->armed && !lost && self->now_ns <= self->home.deadline_ns));
+    if (self->home.broken_off && walk_counts_anew(self))
+        drive_turn_brake(self);
     if (self->home.broken_off)
         walk_break_off(self);
     else
@@ -211,16 +221,24 @@ static void walk_home(struct drive_turn *self)
     drive_turn_latch(self);
 }
 
+/* Where it is, by its homing and what ends that, or by set points. */
+static void walk_enabled(struct drive_turn *self)
+{
+    if (self->motion == DRIVE_TURN_HOME) {
+        walk_home(self);
+    } else if (self->home.broken_off && walk_brakes(self)) {
+        self->first_target = true;
+    } else if (!self->armed) {
+        drive_turn_say(self, "switched itself off");
+        drive_turn_latch(self);
+    }
+}
+
 /* From a quick stop only at standstill, and with a new first set point. */
 static void walk_enable(struct drive_turn *self)
 {
     if (self->state == HAL_DRIVE_ENABLED) {
-        if (self->motion == DRIVE_TURN_HOME) {
-            walk_home(self);
-        } else if (!self->armed) {
-            drive_turn_say(self, "switched itself off");
-            drive_turn_latch(self);
-        }
+        walk_enabled(self);
         return;
     }
     if (self->armed) {

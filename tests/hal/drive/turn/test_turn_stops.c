@@ -62,6 +62,28 @@ static void is_switched_off(const struct kind_turn *turn)
     }
 }
 
+/* By a ramp, and then it stands with torque. */
+static void is_halted(const struct kind_turn *turn)
+{
+    for (int motion = GOING; motion <= HOMING; motion++) {
+        if (!moves(turn, (enum motion)motion))
+            continue;
+        assert_int_equal(hal_drive_halt(b.drive), 0);
+        for (int i = 0;
+             hal_drive_set_mode(b.drive, HAL_DRIVE_STREAM_POSITION) < 0; i++) {
+            assert_true(i < 300);
+            tick();
+        }
+        pass(300 * MS);
+        assert_int_equal(b.seen.state, HAL_DRIVE_ENABLED);
+        assert_true(b.turn->has_torque());
+        assert_true(llabs(b.turn->servo->plant.vel_q24 >> 24) < 700);
+        assert_true(b.worst_dvel_q24 >> 24 < RAMP_COUNTS_S);
+        if (motion == HOMING)
+            assert_int_equal(b.seen.homing, HAL_DRIVE_HOMING_FAILED);
+    }
+}
+
 /* As long as nothing else is asked for, torque holds it. */
 static void is_quick_stopped(const struct kind_turn *turn)
 {
@@ -179,6 +201,40 @@ static void it_falls_silent_while_it_speeds_up(const struct kind_turn *turn)
     assert_true(llabs(b.cut_vel_q24 >> 24) < REST_COUNTS_S);
 }
 
+/* Its position is 0 from there on, which it says a moment later. */
+static void stops_as_it_arrives(const struct kind_turn *turn,
+                                enum hal_drive_request request, int64_t wait_ns)
+{
+    (void)moves(turn, HOMING);
+    pass(wait_ns);
+    const int64_t at_q24 = turn->servo->plant.pos_q24;
+
+    hal_drive_request(b.drive, request);
+    for (int i = 0; i < 400; i++) {
+        tick();
+        if (llabs(turn->servo->plant.pos_q24 - at_q24) >> 24 >
+            turn->counts / 32)
+            fail_msg("%lld ms: it left by %lld counts",
+                     (long long)(wait_ns / MS),
+                     (long long)((turn->servo->plant.pos_q24 - at_q24) >> 24));
+    }
+}
+
+static void does_not_leap(const struct kind_turn *turn)
+{
+    int64_t end_ns = 0;
+
+    if (!moves(turn, HOMING))
+        return;
+    for (; b.seen.homing == HAL_DRIVE_HOMING_RUNNING; end_ns += MS)
+        tick();
+    for (int64_t wait_ns = end_ns - 130 * MS; wait_ns < end_ns + 5 * MS;
+         wait_ns += MS) {
+        stops_as_it_arrives(turn, HAL_DRIVE_REQUEST_OFF, wait_ns);
+        stops_as_it_arrives(turn, HAL_DRIVE_REQUEST_QUICK_STOP, wait_ns);
+    }
+}
+
 /* Who moved it is gone, killed or hung; another looks for it. */
 static void is_taken_over(const struct kind_turn *turn)
 {
@@ -216,6 +272,7 @@ static void homing_goes_on_all_the_same(const struct kind_turn *turn)
     }
 
 EACH(off_is_a_ramp_first, is_switched_off)
+EACH(a_halt_is_a_ramp_and_stands, is_halted)
 EACH(a_quick_stop_is_a_ramp_and_holds, is_quick_stopped)
 EACH(off_does_not_end_a_quick_stop, is_quick_stopped_then_off)
 EACH(off_does_not_end_the_ramp_of_a_stream, is_off_while_it_brakes)
@@ -224,6 +281,7 @@ EACH(a_reset_does_not_end_the_ramp, homing_is_too_slow_and_reset)
 EACH(one_without_heartbeats_is_ramped_down, heartbeats_end)
 EACH(one_that_is_not_heard_is_slowed_by_its_speed, the_line_falls_silent)
 EACH(one_that_sped_up_meanwhile_too, it_falls_silent_while_it_speeds_up)
+EACH(a_stop_as_it_arrives_home_is_no_leap, does_not_leap)
 EACH(one_that_is_taken_over_is_ramped_down, is_taken_over)
 EACH(one_that_goes_on_homing_is_disarmed, homing_goes_on_all_the_same)
 
@@ -231,6 +289,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(off_is_a_ramp_first),
+        cmocka_unit_test(a_halt_is_a_ramp_and_stands),
         cmocka_unit_test(a_quick_stop_is_a_ramp_and_holds),
         cmocka_unit_test(off_does_not_end_a_quick_stop),
         cmocka_unit_test(off_does_not_end_the_ramp_of_a_stream),
@@ -239,6 +298,7 @@ int main(void)
         cmocka_unit_test(one_without_heartbeats_is_ramped_down),
         cmocka_unit_test(one_that_is_not_heard_is_slowed_by_its_speed),
         cmocka_unit_test(one_that_sped_up_meanwhile_too),
+        cmocka_unit_test(a_stop_as_it_arrives_home_is_no_leap),
         cmocka_unit_test(one_that_is_taken_over_is_ramped_down),
         cmocka_unit_test(one_that_goes_on_homing_is_disarmed),
     };

@@ -20,6 +20,7 @@ static struct hal_drive *odrive_init(struct sim_can_bus *wire,
                                     .is_05 = how == KIND_OLD,
                                     .plant = kind_turn_plant,
                                     .start_counts = 123456,
+                                    .home_counts = 40000,
                                     .boot_ns = 50 * MS };
     struct drive_odrive_config config = { .node = NODE,
                                           .turn = kind_turn_config };
