@@ -133,7 +133,7 @@ static bool is_off(int64_t boot_ns, char text[OFF_TEXT_MAX])
 {
     struct off_config config = guardian_off;
     struct off_axis axis[RIG_AXES_MAX];
-    struct rig rig;
+    struct rig rig = { 0 };
     bool all;
 
     config.real = false;
