@@ -11,7 +11,7 @@ $(B)/libfuzz.a: $(patsubst %,$(B)/tests/fuzz/%.o,fuzz import port)
 $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_MAIN) $(B)/libfuzz.a \
     $(LIBS)
 	$(call say,link,$@)
-	$(Q)$(CC) $(OPT) $(FUZZ_LINK) $(LDFLAGS) $^ $(LDLIBS) \
+	$(Q)$(CC) $(OPT) $(FUZZ_LINK) $(LDFLAGS) $(LLD) $^ $(LDLIBS) \
 	    $(if $(FUZZ_MAIN),$(CMOCKA)) -o $@
 
 .PHONY: fuzz fuzz-run

@@ -64,8 +64,8 @@ shift
 mkdir -p "$log"
 rm -f "$log"/*.count "$log"/*.times
 # What their sources say of themselves: those that read the real clock wait more
-# than they work and run at the end, four per processor; of the others the long ones
-# begin, so that none is left over.
+# than they work and run at the end, four per processor.  Of both the long ones begin,
+# so that none is left over.
 marked() # marked TEXT TEST...: those whose source has it
 {
     text=$1
@@ -78,14 +78,19 @@ marked() # marked TEXT TEST...: those whose source has it
 }
 marked 'Reads the real clock.' "$@" >"$log/clock"
 marked 'Takes long.' "$@" >"$log/long"
+long_first() # the tests on stdin
+{
+    cat >"$log/now"
+    grep -xF -f "$log/long" "$log/now" || true
+    grep -vxF -f "$log/long" "$log/now" || true
+}
 processes=${PROCESSES:-$(nproc)}
 each() # each PROCESSES: the tests on stdin, so many at a time
 {
     xargs -r -P "$1" -n 1 "$0" --one "$log"
 }
-printf '%s\n' "$@" | grep -vxF -f "$log/clock" -f "$log/long" |
-    cat "$log/long" - | each "$processes"
-each $((4 * processes)) <"$log/clock"
+printf '%s\n' "$@" | grep -vxF -f "$log/clock" | long_first | each "$processes"
+long_first <"$log/clock" | each $((4 * processes))
 # One of these that failed may have been paused by the machine for longer than it
 # waits: once more, alone, and both runs are shown.
 while read -r test; do

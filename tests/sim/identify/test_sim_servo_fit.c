@@ -1,5 +1,5 @@
 /* tests/sim/identify/test_sim_servo_fit.c - parameters are found again in what a
- * servo with them did. */
+ * servo with them did.  Takes long. */
 #include <math.h>
 
 #include "sim/identify/servo_fit.h"

@@ -1,5 +1,5 @@
 /* tests/sim/physics/test_sim_drivetrain.c - closed forms with random
- * parameters, energy, refusals. */
+ * parameters, energy, refusals.  Takes long. */
 #include "sim/physics/drivetrain.h"
 
 #include "motion/core/err.h"

@@ -1,5 +1,5 @@
 /* tests/sim/physics/test_sim_particles_spheres.c - nodes that are spheres: an
- * impact's closed forms, a cloth that is folded on itself, its rest. */
+ * impact's closed forms, a cloth that is folded on itself, its rest.  Takes long. */
 #include "motion/core/err.h"
 #include "sim/physics/particles.h"
 #include "tests/sim/physics/physics_random.h"

@@ -1,5 +1,5 @@
 /* tests/sim/physics/test_sim_payload.c - what hangs on an axis, or rolls on it,
- * moves as it must and pulls as it must. */
+ * moves as it must and pulls as it must.  Takes long. */
 #include <math.h>
 #include <stdio.h>
 

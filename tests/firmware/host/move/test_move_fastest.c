@@ -1,5 +1,5 @@
 /* tests/firmware/host/move/test_move_fastest.c - paths with speed: fastest, from
- * the file to the tracks.  SEED=n for other random points. */
+ * the file to the tracks.  SEED=n for other random points.  Takes long. */
 #include "motion/otg/otg.h"
 #include "motion/plan/path/plan_joints.h"
 #include "motion/plan/path/plan_timing.h"

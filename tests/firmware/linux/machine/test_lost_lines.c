@@ -1,6 +1,7 @@
 /* tests/firmware/linux/machine/test_lost_lines.c - as test_lost_modbus.c, by
  * libmodbus on real TCP connections and pseudo-terminals: four drives at a
- * time, on the real clock.  Reads the real clock. */
+ * time, on the real clock.  Reads the real clock.
+ * Takes long. */
 #define _GNU_SOURCE
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -1,5 +1,5 @@
 /* tests/firmware/linux/player/test_player.c - whole runs on the simulated
- * machine, in virtual time, with everything that may cut them short. */
+ * machine, in virtual time, with everything that may cut them short.  Takes long. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* tests/firmware/linux/player/test_run_keys.c - the keys of a terminal while a
- * move runs on the clock.  Reads the real clock. */
+ * move runs on the clock.  Reads the real clock.  Takes long. */
 #define _XOPEN_SOURCE 700 /* posix_openpt, of terminal_program.h */
 #include "firmware/linux/player/run_keys.h"
 

@@ -1,7 +1,7 @@
 /* tests/firmware/linux/service/test_service.c - a service on simulated drives,
  * in a process of its own, and what its clients do to it.
  *
- * Reads the real clock. */
+ * Reads the real clock.  Takes long. */
 #define _GNU_SOURCE /* usleep */
 #include <math.h>
 #include <poll.h>

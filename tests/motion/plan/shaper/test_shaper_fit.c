@@ -1,5 +1,5 @@
 /* tests/motion/plan/shaper/test_shaper_fit.c - step responses by their closed form, with
- * what a recording adds: a wait, noise, uneven times. */
+ * what a recording adds: a wait, noise, uneven times.  Takes long. */
 #include "motion/plan/shaper/shaper_fit.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* tests/motion/plan/topp/test_topp.c - paths as fast as the limits allow.  SEED=n and
- * N=2000 for more random paths. */
+ * N=2000 for more random paths.  Takes long. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

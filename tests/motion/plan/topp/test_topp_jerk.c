@@ -1,5 +1,5 @@
 /* tests/motion/plan/topp/test_topp_jerk.c - paths as fast as limits of jerk allow.
- * SEED=n and N=2000 for more random paths. */
+ * SEED=n and N=2000 for more random paths.  Takes long. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -3,7 +3,8 @@
  *
  * The program and this one may be paused by the machine at any time, together
  * or alone: what is awaited is what the program says, and how far the axis goes
- * is judged by what it said before.  Reads the real clock. */
+ * is judged by what it said before.  Reads the real clock.
+ * Takes long. */
 #define _XOPEN_SOURCE 700 /* posix_openpt, of terminal_program.h */
 #include <fcntl.h>
 #include <math.h>

@@ -2,7 +2,8 @@
  * where a service has the rig: they ask it, and what it moves for them stops when
  * they hang or are killed.
  *
- * A tick of 20 ms, so that a busy machine loses none.  Reads the real clock. */
+ * A tick of 20 ms, so that a busy machine loses none.  Reads the real clock.
+ * Takes long. */
 #define _XOPEN_SOURCE 700 /* posix_openpt, of terminal_program.h */
 #include <fcntl.h>
 #include <poll.h>
