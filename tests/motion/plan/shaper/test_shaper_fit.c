@@ -87,7 +87,7 @@ static void a_clean_step_gives_its_frequency_and_damping(void **state)
 {
     (void)state;
     seed_from("clean");
-    for (int n = 0; n < 40; n++) {
+    for (int n = 0; n < check_cases(40); n++) {
         const struct recording it = random_one();
         fit_near(&it, 1e-7, 1e-7);
     }
@@ -100,7 +100,7 @@ static void noise_costs_what_it_must(void **state)
 {
     (void)state;
     seed_from("noise");
-    for (int n = 0; n < 30; n++) {
+    for (int n = 0; n < check_cases(30); n++) {
         struct recording it = random_one();
         it.noise = 0.05;
         it.z = between(0, 0.1);

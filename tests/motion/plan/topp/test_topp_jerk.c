@@ -1,14 +1,7 @@
 /* tests/motion/plan/topp/test_topp_jerk.c - paths as fast as limits of jerk allow.
  * SEED=n and N=2000 for more random paths.  Takes long. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -18,6 +11,7 @@
 #include "motion/plan/topp/topp_line.h"
 #include "tests/motion/plan/topp/topp_judge.h"
 #include "tests/motion/plan/topp/topp_rig.h"
+#include "tests/support/check.h"
 
 #define EXCESS 1e-6
 
@@ -115,7 +109,7 @@ static double otg_duration(const struct topp_rig *rig, double distance,
     return (double)plan.dur_ns_q12 / MOTION_FIXED_S_Q12;
 }
 
-static double draw(uint64_t *seed, double low, double high)
+static double between(uint64_t *seed, double low, double high)
 {
     *seed = *seed * 6364136223846793005u + 1442695040888963407u;
     return low * pow(high / low, (double)(*seed >> 40) / (1 << 24));
@@ -123,25 +117,26 @@ static double draw(uint64_t *seed, double low, double high)
 
 static void one_axis_takes_the_time_of_the_generator(void **state)
 {
+    const uint32_t cases = (uint32_t)check_cases(1000);
     uint64_t seed = 7;
-    int both = 0;
+    uint32_t both = 0;
 
     (void)state;
-    for (uint32_t i = 0; i < 1000; i++) {
+    for (uint32_t i = 0; i < cases; i++) {
         const uint32_t pieces = 1 + i % 3;
         struct topp_rig rig;
         struct plan_topp_law law;
         double failed;
-        const double distance = draw(&seed, 0.01, 1000);
+        const double distance = between(&seed, 0.01, 1000);
         topp_rig_straight(&rig, distance, pieces);
-        rig.limit[0] = (struct plan_topp_limit){ -draw(&seed, 0.1, 100),
-                                                 draw(&seed, 0.1, 100),
-                                                 -draw(&seed, 0.1, 100),
-                                                 draw(&seed, 0.1, 100) };
-        rig.jerk[0] = draw(&seed, 0.1, 1000);
+        rig.limit[0] = (struct plan_topp_limit){ -between(&seed, 0.1, 100),
+                                                 between(&seed, 0.1, 100),
+                                                 -between(&seed, 0.1, 100),
+                                                 between(&seed, 0.1, 100) };
+        rig.jerk[0] = between(&seed, 0.1, 1000);
         const double most = rig.limit[0].vel_max;
-        const double start = i % 2 ? most * draw(&seed, 1e-3, 1) : 0;
-        const double end = i % 4 > 1 ? most * draw(&seed, 1e-3, 1) : 0;
+        const double start = i % 2 ? most * between(&seed, 1e-3, 1) : 0;
+        const double end = i % 4 > 1 ? most * between(&seed, 1e-3, 1) : 0;
         rig.request.start_speed = start / distance * pieces;
         rig.request.end_speed = end / distance * pieces;
         if (plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed) !=
@@ -153,8 +148,8 @@ static void one_axis_takes_the_time_of_the_generator(void **state)
         plan_topp_law_free(&law);
         both++;
     }
-    if (both < 500)
-        fail_msg("only %d of 1000", both);
+    if (both < cases / 2)
+        fail_msg("only %u of %u", both, cases);
 }
 
 static void a_line_too_short_for_its_speeds_is_refused(void **state)
@@ -379,7 +374,8 @@ static void judge_seed(unsigned long long which)
 static void random_paths_are_inside_their_limits(void **state)
 {
     const char *from = getenv("SEED"), *count = getenv("N");
-    const unsigned n = count ? (unsigned)strtoul(count, NULL, 0) : 8;
+    const unsigned n =
+        count ? (unsigned)strtoul(count, NULL, 0) : (unsigned)check_cases(8);
 
     (void)state;
     for (unsigned i = 0; i < n; i++)
