@@ -14,10 +14,16 @@ $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_MAIN) $(B)/libfuzz.a \
 	$(Q)$(CC) $(OPT) $(FUZZ_LINK) $(LDFLAGS) $(LLD) $^ $(LDLIBS) \
 	    $(if $(FUZZ_MAIN),$(CMOCKA)) -o $@
 
+# Rooms from which no decoder has anything are not compiled for them; a target that
+# comes to need one does not link.
+FUZZ_WITHOUT := $(addprefix firmware/,linux/commands/% linux/batch/% linux/fmu/% \
+    linux/tools/% host/plot/% host/fault/% studio/%) sim/identify/%
+
 .PHONY: fuzz fuzz-run
 ## fuzz every decoder for FUZZ_SECONDS=5 each; F=rig for one, FUZZ_SEED=0: anew
 fuzz:
 	@$(MAKE) --no-print-directory CC=clang VARIANT=fuzz FUZZ_MAIN= \
+	    PROGRAM='$(filter-out $(FUZZ_WITHOUT),$(PROGRAM))' \
 	    FUZZ_LINK=-fsanitize=fuzzer CFLAGS=-g1 OPT="-O1 -fno-omit-frame-pointer \
 	    -fsanitize=fuzzer-no-link,address,undefined \
 	    -fno-sanitize-recover=all" fuzz-run
