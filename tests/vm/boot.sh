@@ -136,7 +136,7 @@ INIT
 chmod +x "$root/init"
 (cd "$root" && find . | cpio -o -H newc --quiet | gzip -1) >"$work/initrd"
 
-nice timeout "${VM_TIMEOUT:-1000}" qemu-system-x86_64 -accel tcg -icount shift=2,sleep=off -m 768 \
+nice -n 19 timeout "${VM_TIMEOUT:-1000}" qemu-system-x86_64 -accel tcg -icount shift=2,sleep=off -m 768 \
     -nographic -no-reboot -nodefaults -serial stdio \
     -object can-bus,id=bus -device kvaser_pci,canbus=bus \
     -device kvaser_pci,canbus=bus \

@@ -27,9 +27,12 @@ static bool master_again(struct master *master, int done, unsigned tries)
 
 static int master_result(int done, const char *what)
 {
+    const int err = errno;
+
     if (done >= 0)
         return 0;
-    fprintf(stderr, "%s: %s\n", what, modbus_strerror(errno));
+    fprintf(stderr, "%s: %s\n", what, modbus_strerror(err));
+    errno = err;
     return -1;
 }
 

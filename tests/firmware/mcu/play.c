@@ -8,6 +8,7 @@
  * on the board's own line, each of which is to be so near to the end of the
  * move, in its unit, within a few seconds.  Status 0: all are equal; 3: the
  * board stopped with a fault.  "started" on stderr: the move is under way. */
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -25,6 +26,7 @@
 #define PLAY_AWAIT_S  20     /* for a state, and for an axis at its place */
 #define PLAY_AHEAD    100    /* ticks, of the start */
 #define PLAY_STARTS   5
+#define PLAY_LOGS     5 /* looks at the log, until it has what is asked for */
 #define PLAY_BATCH    8 /* pieces between two looks at the log */
 
 struct play {
@@ -212,21 +214,26 @@ static void play_compare(struct play *play, uint32_t index,
     play->seen++;
 }
 
-/* The newest entries, as many as one request takes. */
+/* The newest entries, as many as one request takes.  Where this machine was so busy
+ * that the board has written over them since, those that are the newest now. */
 static int play_read_log(struct play *play)
 {
     const unsigned stride = 4 * (1 + play->feed.axes);
-    const uint32_t next =
-        (uint32_t)mcu_words_get(play->state + MCU_STATE_LOG_NEXT, 2);
-    uint32_t count = HAL_MODBUS_READ_MAX / stride;
+    uint32_t next, count;
     uint16_t value[HAL_MODBUS_READ_MAX];
 
-    if (count > next)
-        count = next;
-    if (count == 0)
-        return 0;
-    if (master_log(&play->master, next - count, count * stride, value) < 0)
-        return -1;
+    for (int tries = 1;; tries++) {
+        next = (uint32_t)mcu_words_get(play->state + MCU_STATE_LOG_NEXT, 2);
+        count = HAL_MODBUS_READ_MAX / stride;
+        if (count > next)
+            count = next;
+        if (count == 0)
+            return 0;
+        if (master_log(&play->master, next - count, count * stride, value) >= 0)
+            break;
+        if (errno != EMBXILVAL || tries == PLAY_LOGS || play_look(play) < 0)
+            return -1;
+    }
     for (uint32_t i = 0; i < count; i++)
         play_compare(play, next - count + i, value + i * stride);
     return 0;
