@@ -21,7 +21,8 @@ ifneq ($(SAN),)
 B        := $(B)/san-$(subst $(comma),-,$(SAN))
 OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
             -fno-sanitize-recover=all
-# What a report shows of a stack.
+# A stack in a report needs lines alone.  Sweeps over arithmetic have a quarter of their
+# cases here, all in make nightly: check_cases of tests/support/check.h.
 CFLAGS   ?= -g1
 endif
 # Half the time of a link is ld's.  What is for a user is linked by it all the same.
