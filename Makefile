@@ -439,6 +439,12 @@ fresh:
 # Also: fuzz.
 -include tests/fuzz/fuzz.mk
 
+.PHONY: fetched
+# what these take from others' servers
+fetched: $(PEERS)/installed $(PEERS)/venv/done $(PAGE_NPM)/done \
+    $(STUDIO)/source/done $(GPIOD2_DIR)/unpacked
+	@tests/vm/boot.sh
+
 .SECONDARY:
 # FRESH=1: nothing changes while .ci/run goes from step to step, and what each make
 # would read here takes it two seconds in the end.

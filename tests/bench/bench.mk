@@ -143,7 +143,7 @@ PEER_CASES ?= 100
 
 $(PEERS)/installed: tests/bench/bench.mk
 	$(call say,pip,$(SCIPY))
-	@rm -rf $(PEERS); mkdir -p $(PEERS)/cases
+	@rm -rf $(PEERS)/site; mkdir -p $(PEERS)/cases
 	$(Q)timeout 300 $(PIP) install --quiet --disable-pip-version-check \
 	    --target $(PEERS)/site $(SCIPY)
 	@touch $@
