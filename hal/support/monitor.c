@@ -149,9 +149,10 @@ static bool monitor_is_missing(const struct drive_monitor *self,
                                enum hal_reading reading)
 {
     const int64_t heard_ns = self->readings->value[reading].t_ns;
-    const int64_t since_ns =
-        heard_ns > self->online_ns ? heard_ns : self->online_ns;
+    int64_t since_ns = heard_ns > self->online_ns ? heard_ns : self->online_ns;
 
+    if (self->readings->from_ns > since_ns)
+        since_ns = self->readings->from_ns;
     return self->now_ns - since_ns > MISSING_NS;
 }
 

@@ -141,6 +141,9 @@ BEYOND = {
     "rig_monitor_current_zero",
     "rig_monitor_hot",
     "rig_monitor_moteus",
+    "rig_monitor_no_object",
+    "rig_monitor_no_such",
+    "rig_monitor_object",
     "rig_monitor_voltage_order",
     "rig_moteus_without_fd",
     "rig_nan",  # a number to YAML

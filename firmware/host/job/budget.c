@@ -127,6 +127,19 @@ static uint32_t budget_pdo_id(const struct rig_axis *axis, uint16_t given,
     return predefined + axis->node_id + (axis->node_axis > 0 ? BUDGET_PDO3 : 0);
 }
 
+/* An SDO in each direction. */
+static void budget_add_reading(struct budget *budget,
+                               const struct rig_axis *axis,
+                               enum hal_reading reading)
+{
+    if ((axis->monitor.wanted >> (unsigned)reading & 1) == 0)
+        return;
+    budget_add(budget, "question", axis->name, HAL_READING_NS, 8,
+               budget_most_bits(8));
+    budget_add(budget, hal_reading_text(reading), axis->name, HAL_READING_NS, 8,
+               budget_most_bits(8));
+}
+
 static void budget_add_axis(struct budget *budget, const struct job *job,
                             unsigned i)
 {
@@ -151,6 +164,8 @@ static void budget_add_axis(struct budget *budget, const struct job *job,
     if (axis->cia402.stream == DRIVE_CIA402_CSV)
         budget_add(budget, "speed", axis->name, rig->period_ns, 4,
                    budget_most_bits(4));
+    for (unsigned k = 0; k < HAL_READINGS; k++)
+        budget_add_reading(budget, axis, (enum hal_reading)k);
     if (!rig_is_first_of_node(rig, axis))
         return;
     if (guard_ns > 0)

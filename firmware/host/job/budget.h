@@ -8,8 +8,9 @@
  *   most      what has to fit: the sum of length / period, at most 1
  *   expected  what a run will show; feedback is taken to be the set point
  *
- * SDO transfers, emergencies and what a drive sends when a switch changes come
- * now and then and wait for a gap; they are not in it.  Source: ISO 11898-1
+ * Of SDO transfers those for `monitor` are in it; others, emergencies and what a
+ * drive sends when a switch changes come now and then and wait for a gap; they
+ * are not in it.  Source: ISO 11898-1
  * 10.4; K. Tindell, A. Burns, Guaranteeing message latencies on CAN (1994). */
 #ifndef FIRMWARE_HOST_JOB_BUDGET_H
 #define FIRMWARE_HOST_JOB_BUDGET_H

@@ -179,6 +179,11 @@ struct rig_cia402 {
 struct rig_monitor {
     unsigned wanted; /* 1 << enum hal_reading */
     struct drive_monitor_limit limit[HAL_READINGS];
+    /* CiA 402: where its temperature is, and thousandths of a degC of one
+     * count; index 0: nowhere */
+    uint16_t temperature_index;
+    uint8_t temperature_sub;
+    int32_t temperature_milli;
 };
 
 struct rig_axis {

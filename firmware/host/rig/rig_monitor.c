@@ -1,4 +1,5 @@
 /* firmware/host/rig/rig_monitor.c - drive: monitor. */
+#include "firmware/host/device/object.h"
 #include "firmware/host/rig/rig_parts.h"
 
 /* To the nearest thousandth, within what can be asked for. */
@@ -84,7 +85,47 @@ static int monitor_read_voltage(void *reader, const struct yaml_value *value,
     return monitor_want(reader, value, HAL_READING_VOLTAGE, &limit);
 }
 
+/* A drive of the profile has its temperature in an object of its maker. */
+static int monitor_read_object(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct rig_reader *self = reader;
+    char message[OBJECT_MESSAGE_MAX];
+    const char *text = yaml_value_text(value);
+    struct object object;
+
+    (void)out;
+    if (text == NULL)
+        return -1;
+    if (self->axis->kind != RIG_CIA402)
+        return yaml_value_refuse(value, "is for a cia402 drive");
+    if (object_find(text, self->eds, &object, message) < 0)
+        return yaml_value_refuse(value, "is not an object of this drive");
+    self->axis->monitor.temperature_index = object.index;
+    self->axis->monitor.temperature_sub = object.sub;
+    self->axis->monitor.temperature_milli = 1000;
+    return 0;
+}
+
+static int monitor_read_scale(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    struct rig_reader *self = reader;
+
+    (void)out;
+    if (self->axis->monitor.temperature_index == 0)
+        return yaml_value_refuse(value, "is given without object");
+    return monitor_read(reader, value, UNITS_TEMPERATURE, 1, 10000,
+                        &self->axis->monitor.temperature_milli);
+}
+
 static const struct yaml_field rig_monitor_fields[] = {
+    { "object", YAML_OPTIONAL,
+      "cia402: the drive's object for its temperature, such as 2031:1",
+      monitor_read_object, 0 },
+    { "scale", YAML_OPTIONAL,
+      "of the temperature in object: 0.001 .. 10 degC per count",
+      monitor_read_scale, 0 },
     { "temperature", YAML_OPTIONAL,
       "the highest temperature of the drive, 1 .. 300 degC",
       monitor_read_temperature, 0 },

@@ -43,6 +43,7 @@
 
 #include "hal/canopen/canopen.h"
 #include "hal/drive.h"
+#include "hal/readings.h"
 #include "hal/support/ratio.h"
 
 /* Power state, decoded from the statusword. */
@@ -170,6 +171,15 @@ struct drive_cia402_config {
     bool limits_when_homed; /* not before its own homing is done */
     bool inputs; /* its switches are relied on: 0x60FD in TPDO2, or refused */
     struct drive_cia402_option_code option[DRIVE_CIA402_OPTIONS];
+    /* 1 << enum hal_reading: those that are read, see readings.c.  A temperature
+     * is in this object, as it is in the device, and signed: so many thousandths
+     * of a degC each, != 0 */
+    unsigned readings;
+    struct {
+        uint16_t index;
+        uint8_t sub;
+        int32_t milli;
+    } temperature;
     /* Node guarding instead of heartbeats, for a drive that has none: asked so
      * often, whole ms, at most half of watchdog_ns; 0: heartbeats */
     int64_t guard_period_ns;
@@ -284,6 +294,10 @@ struct drive_cia402 {
     struct drive_cia402_home home;
     enum hal_drive_homing homing;
     struct drive_cia402_probe probe;
+    struct hal_readings readings;
+    enum hal_reading reading; /* whose turn it is; HAL_READINGS: none's */
+    bool reading_asked;
+    int32_t rated_ma;      /* 0x6075; 0: not read yet */
     uint32_t factor[4][2]; /* 0x608F, 0x6091, 0x6092, 0x6096; 0: not there */
     bool speeds_fit;       /* 0x6096 is what the config says */
     bool limit_there[2];   /* it has 0x607D:1, :2, and they hold: */

@@ -213,6 +213,7 @@ static int init_pdos(struct drive_cia402 *self)
     const struct drive_cia402_config *config = &self->config;
 
     return config->axis < DRIVE_CIA402_AXES &&
+                   config->readings < 1u << HAL_READINGS &&
                    config->pdo.number <= PDO_NUMBER_MAX - 3
                ? MOTION_OK
                : MOTION_E_ARG;
@@ -225,6 +226,8 @@ int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
 
     memset(self, 0, sizeof *self);
     self->given = self->config = *config;
+    self->readings.wanted = config->readings;
+    self->reading = HAL_READINGS;
     init_defaults(&self->config);
     err = init_times(self, master);
     if (err == MOTION_OK)

@@ -261,6 +261,13 @@ int drive_cia402_set_probe(struct hal_drive *drive, enum hal_drive_probe probe);
 /* A cycle in which nothing else is asked of the drive. */
 void drive_cia402_probe_step(struct drive_cia402 *self, int64_t now_ns);
 
+/* ---- readings.c: temperature, voltage, current ---- */
+
+/* As drive_cia402_probe_step, before it; true: the channel is in use. */
+bool drive_cia402_readings_step(struct drive_cia402 *self, int64_t now_ns);
+/* A cycle in which it cannot be asked. */
+void drive_cia402_readings_pause(struct drive_cia402 *self, int64_t now_ns);
+
 /* ---- units.c: into the drive's units ---- */
 
 /* MOTION_E_RANGE. */

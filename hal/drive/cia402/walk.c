@@ -334,7 +334,11 @@ static void drive_cia402_walk_step(struct drive_cia402 *self,
     if (self->phase == DRIVE_CIA402_RUN && self->state == HAL_DRIVE_ENABLED &&
         self->list == NULL)
         drive_cia402_limits_step(self, now_ns);
-    if (self->phase == DRIVE_CIA402_RUN && self->list == NULL)
+    if (self->phase != DRIVE_CIA402_RUN || self->list != NULL)
+        return;
+    if (self->node.sdo.state != CANOPEN_SDO_IDLE && !self->reading_asked)
+        drive_cia402_probe_step(self, now_ns); /* its own answer */
+    else if (!drive_cia402_readings_step(self, now_ns))
         drive_cia402_probe_step(self, now_ns);
 }
 
@@ -435,6 +439,8 @@ static void drive_cia402_lost_step(struct drive_cia402 *self, int64_t now_ns)
 
 void drive_cia402_walk(struct drive_cia402 *self, int64_t now_ns)
 {
+    if (self->phase != DRIVE_CIA402_RUN || self->list != NULL)
+        drive_cia402_readings_pause(self, now_ns);
     switch (self->phase) {
     case DRIVE_CIA402_START_UP:
         drive_cia402_start_up_step(self, now_ns);

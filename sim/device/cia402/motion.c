@@ -9,6 +9,8 @@
  * less by zero_counts, which homing sets.  The sums made here stay below 2^62
  * because plant.c keeps positions below 2^62 and a latch is at most 2^31 counts
  * away. */
+#include <math.h>
+
 #include "sim/device/cia402/parts.h"
 
 #define CIA402_MS INT64_C(1000000)
@@ -226,5 +228,11 @@ void cia402_motion_refresh(struct sim_cia402 *self)
     value[CIA402_VELOCITY_DEMAND] =
         (uint32_t)cia402_motion_counts(self->demand_vel_q24);
     value[CIA402_TORQUE] = cia402_motion_torque(self);
+    value[CIA402_CURRENT] = value[CIA402_TORQUE]; /* both of the rated ones */
+    value[CIA402_DC_LINK_VOLTAGE] =
+        (uint32_t)lround(24000 + 1000 * self->base.readings.more_v);
+    value[CIA402_TEMPERATURE] = (uint16_t)(int16_t)lround(
+        300 +
+        10 * sim_readings_warmth_degc(&self->base.readings, &self->base.plant));
     value[CIA402_INPUTS] = cia402_inputs(self);
 }

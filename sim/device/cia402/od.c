@@ -273,6 +273,12 @@ static bool cia402_od_is_history(int row)
     return row >= CIA402_HISTORY_1 && row <= CIA402_HISTORY_4;
 }
 
+static bool cia402_od_is_reading(int row)
+{
+    return row == CIA402_CURRENT || row == CIA402_DC_LINK_VOLTAGE ||
+           row == CIA402_TEMPERATURE;
+}
+
 uint32_t cia402_od_read(struct sim_cia402 *self, int row, uint32_t *value)
 {
     const uint32_t refused = cia402_quirk_check(self, row, false);
@@ -286,6 +292,8 @@ uint32_t cia402_od_read(struct sim_cia402 *self, int row, uint32_t *value)
         return CIA402_ABORT_WRITE_ONLY;
     if (cia402_od_is_history(row) &&
         cia402_object[row].sub > self->value[CIA402_HISTORY_COUNT])
+        return CIA402_ABORT_NO_DATA;
+    if (cia402_od_is_reading(row) && self->base.readings.missing)
         return CIA402_ABORT_NO_DATA;
     cia402_motion_refresh(self);
     *value = cia402_od_cut(row, self->value[row]);

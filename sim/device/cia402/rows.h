@@ -92,7 +92,8 @@
 #define CIA402_MAKER_ROWS(X)                                                   \
     X(INJECT, 0x2000, 0, U8, W, 0, 1, SIM_CIA402_FAULTS)                       \
     X(TARGETS_MISSED_MAX, 0x2001, 0, U8, R | W, 20, 0, 0)                      \
-    X(NOTES, 0x2002, 0, DOMAIN, R | W, 0, 0, 0)
+    X(NOTES, 0x2002, 0, DOMAIN, R | W, 0, 0, 0)                                \
+    X(TEMPERATURE, 0x2003, 0, I16, R | T, 300, 0, 0)
 
 #define CIA402_DRIVE_ROWS(X)                                                   \
     X(ABORT_OPTION, 0x6007, 0, I16, R | W, 1, 0, 3)                            \
@@ -119,7 +120,10 @@
     X(VELOCITY_TIME, 0x606E, 0, U16, R | W | P, 0, 0, 0)                       \
     X(STANDING_WINDOW, 0x606F, 0, U16, R | W | P, 1000, 0, 0)                  \
     X(STANDING_TIME, 0x6070, 0, U16, R | W | P, 0, 0, 0)                       \
+    X(RATED_CURRENT, 0x6075, 0, U32, R, 5000, 0, 0)                            \
     X(TORQUE, 0x6077, 0, I16, R | T, 0, 0, 0)                                  \
+    X(CURRENT, 0x6078, 0, I16, R | T, 0, 0, 0)                                 \
+    X(DC_LINK_VOLTAGE, 0x6079, 0, U32, R | T, 24000, 0, 0)                     \
     X(TARGET_POSITION, 0x607A, 0, I32, R | W | P | T, 0, 0, 0)                 \
     X(HOME_OFFSET, 0x607C, 0, I32, R | W, 0, 0, 0)                             \
     X(LIMIT_COUNT, 0x607D, 0, U8, R, 2, 0, 0)                                  \

@@ -38,8 +38,9 @@ RIGS = {
     "dolly": ("examples/dolly", 1, ("1.5 s", "9 s", "20 s")),
     "modbus": ("examples/modbus", 5, ("1.5 s", "3 s", "4.5 s")),
     "odrive": ("examples/odrive", 1, ("500 ms", "1.5 s", "2 s")),
-    # the same, monitored
+    # both, monitored
     "monitored": ("examples/odrive", 1, ("500 ms", "1.5 s", "2 s")),
+    "canopen": ("examples/dolly", 1, ("1.5 s", "9 s", "20 s")),
     # examples/modbus, its servo on TCP
     "tcp": ("examples/modbus", 5, ("1.5 s", "3 s", "4.5 s")),
 }
@@ -237,6 +238,13 @@ ROWS = [
      T),
     ("over-temperature, moteus", "monitored",
      "fault: overheat, axis: pan, by: 60 degC", DRIVE, "pan", "STOP", 100, T),
+    ("over-temperature, CiA 402", "canopen",
+     "fault: overheat, axis: dolly, by: 60 degC", DRIVE, "dolly", "STOP", 100,
+     T),
+    ("under-voltage, CiA 402", "canopen",
+     "fault: supply, axis: dolly, by: -6 V", DRIVE, "dolly", "STOP", 100, T),
+    ("temperature, voltage missing, CiA 402", "canopen",
+     "fault: reading_lost, axis: dolly", DRIVE, "dolly", "STOP", 100, T),
     ("over-voltage, ODrive", "monitored",
      "fault: supply, axis: slider, by: 7 V", DRIVE, "slider", "STOP", 100, T),
     ("under-voltage, moteus", "monitored",
@@ -274,18 +282,25 @@ def tcp_rig(directory):
     return path
 
 
-LIMITS = "{temperature: 80 degC, voltage: [20 V, 30 V]}"
+LIMITS = "temperature: 80 degC, voltage: [20 V, 30 V]"
+# name: drives of the example that get limits, and how they are read
+MONITORED = {
+    "monitored": (("endpoints: endpoints.json}", "turns: 50 per rev}"), ""),
+    "canopen": (("counts: 4096 per mm}",), "object: 2003, scale: 0.1 degC, "),
+}
 
 
-def monitored_rig(directory):
-    """Writes examples/odrive with limits for its drives."""
-    with open("examples/odrive/rig.yaml", encoding="utf-8") as file:
-        text = file.read()
-    for drive in ("endpoints: endpoints.json}", "turns: 50 per rev}"):
-        assert drive in text
-        text = text.replace(drive, f"{drive[:-1]}, monitor: {LIMITS}}}")
-    with open(f"{directory}/monitored.yaml", "w", encoding="utf-8") as file:
-        file.write(text)
+def monitored_rigs(directory):
+    """Writes the examples with limits for their drives."""
+    for name, (drives, how) in MONITORED.items():
+        with open(f"{RIGS[name][0]}/rig.yaml", encoding="utf-8") as file:
+            text = file.read()
+        for drive in drives:
+            assert drive in text
+            text = text.replace(
+                drive, f"{drive[:-1]}, monitor: {{{how}{LIMITS}}}}}")
+        with open(f"{directory}/{name}.yaml", "w", encoding="utf-8") as file:
+            file.write(text)
     with open("examples/odrive/endpoints.json", encoding="utf-8") as file:
         text = file.read()
     with open(f"{directory}/endpoints.json", "w", encoding="utf-8") as file:
@@ -302,7 +317,7 @@ class Run:
             file.write(f"faults: [{{{script}, at: {at}}}]\n")
         path = RIGS[rig][0]
         rig_path = f"{directory}/{rig}.yaml" \
-            if rig in ("dolly", "tcp", "monitored") else f"{path}/rig.yaml"
+            if rig in ("dolly", "tcp", *MONITORED) else f"{path}/rig.yaml"
         done = subprocess.run(
             [slew, "run", "--json", "--faults", base + ".yaml", "--telemetry",
              base + ".csv", rig_path, f"{path}/move.yaml"],
@@ -460,7 +475,7 @@ def main():
         with open(f"{directory}/dolly.yaml", "w", encoding="utf-8") as file:
             file.write(text + GPIO)
         tcp_rig(directory)
-        monitored_rig(directory)
+        monitored_rigs(directory)
         jobs = [[pool.submit(judge, slew, directory, row, at, f"{n}-{i}")
                  for i, at in enumerate(RIGS[row[1]][2])]
                 for n, row in enumerate(ROWS)]

@@ -65,6 +65,7 @@ static const struct yaml_field rig_cia402_fields[] = {
       "yes: the drive may do without 0x1016, 0x6007 or 0x6066, and something "
       "else takes its torque off",
       yaml_read_bool, offsetof(struct rig_axis, unsupervised) },
+    RIG_MONITOR_FIELD,
 };
 const struct yaml_shape rig_cia402_shape = { "drive", rig_cia402_fields,
                                              ARRAY_LEN(rig_cia402_fields) };
@@ -113,7 +114,18 @@ static const char *cia402_unsupervised(const struct rig *rig,
                : NULL;
 }
 
+static unsigned cia402_readings(const struct rig *rig,
+                                const struct rig_axis *axis)
+{
+    const bool is_hot = axis->monitor.temperature_index != 0;
+
+    (void)rig;
+    return 1u << HAL_READING_VOLTAGE | 1u << HAL_READING_CURRENT |
+           (unsigned)is_hot << HAL_READING_TEMPERATURE;
+}
+
 const struct rig_kind rig_kind_cia402 = {
+    .readings = cia402_readings,
     .has_heartbeat = true,
     .code_max = UINT16_MAX,
     .is_for = cia402_is_for,

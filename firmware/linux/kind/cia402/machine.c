@@ -99,6 +99,10 @@ static int cia402_init(struct machine *machine, unsigned i)
         .axis = axis->node_axis,
         .inputs = rig_homes_by_drive_input(rig, i),
         .unsupervised = axis->unsupervised,
+        .readings = axis->monitor.wanted,
+        .temperature = { axis->monitor.temperature_index,
+                         axis->monitor.temperature_sub,
+                         axis->monitor.temperature_milli },
     };
     cia402_put_limits(&config, axis);
     cia402_put_own(&config, &axis->cia402);
@@ -106,6 +110,11 @@ static int cia402_init(struct machine *machine, unsigned i)
     struct drive_cia402 *drive = machine->drive[i];
     machine->axis[i] = &drive->drive;
     return drive_cia402_init(drive, &machine->bus[axis->bus], &config);
+}
+
+static struct hal_readings *cia402_readings(struct machine *machine, unsigned i)
+{
+    return &((struct drive_cia402 *)machine->drive[i])->readings;
 }
 
 /* Three tries of an SDO, five states for a mode. */
@@ -153,6 +162,7 @@ const struct machine_kind machine_kind_cia402 = {
     .drive_size = sizeof(struct drive_cia402),
     .sim_size = sizeof(struct sim_cia402),
     .init = cia402_init,
+    .readings = cia402_readings,
     .patience_ns = cia402_patience_ns,
     .statusword = cia402_statusword,
     .sim_init = cia402_sim_init,

@@ -19,6 +19,7 @@ static const struct {
 } kinds[] = {
     { "odrive", 31.5 },
     { "moteus", 31 },
+    { "cia402", 30 },
 };
 
 static struct rig rig;
@@ -161,6 +162,26 @@ static void a_reset_takes_it_back_once_it_is_cool(void **state)
     }
 }
 
+/* Both ask by SDO; neither keeps the other from it. */
+static void a_probe_and_readings_take_turns(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < ARRAY_LEN(kinds); k++) {
+        load(k);
+        bench_build_ready(&rig);
+        struct hal_drive *drive = machine.axis[0];
+        if (hal_drive_probe(drive, HAL_DRIVE_PROBE_RISING) == MOTION_OK) {
+            const struct hal_readings *at = machine.monitor[0]->readings;
+            ticks(2000);
+            assert_int_equal(machine.controller.state, CONTROLLER_READY);
+            for (unsigned i = 0; i < HAL_READINGS; i++)
+                assert_true(now_ns - at->value[i].t_ns < 2 * HAL_READING_NS);
+            assert_string_equal(kinds[k].name, "cia402");
+        }
+        unload();
+    }
+}
+
 /* Without limits nothing is read that is not read anyway, and nothing judged. */
 static void without_limits_nothing_is_monitored(void **state)
 {
@@ -196,6 +217,7 @@ int main(void)
         cmocka_unit_test(at_a_limit_the_group_stops_and_no_torque_is_left),
         cmocka_unit_test(what_is_missing_is_a_fault),
         cmocka_unit_test(a_reset_takes_it_back_once_it_is_cool),
+        cmocka_unit_test(a_probe_and_readings_take_turns),
         cmocka_unit_test(without_limits_nothing_is_monitored),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
