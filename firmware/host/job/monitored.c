@@ -82,27 +82,31 @@ void monitored_print(const struct rig *rig, FILE *file)
     fputc('\n', file);
 }
 
-void monitored_json(const struct rig *rig, struct cJSON *report)
+cJSON *monitored_axis_json(const struct rig_axis *axis)
 {
     static const char *const name[HAL_READINGS] = { "temperature", "voltage",
                                                     "current" };
-    cJSON *axes = cJSON_AddObjectToObject(report, "monitored");
-    for (uint32_t i = 0; i < rig->axis_count; i++) {
-        const struct rig_monitor *monitor = &rig->axis[i].monitor;
-        if (monitor->wanted == 0)
+    cJSON *object = cJSON_CreateObject();
+    for (unsigned i = 0; i < HAL_READINGS; i++) {
+        const struct drive_monitor_limit *limit = &axis->monitor.limit[i];
+        if ((axis->monitor.wanted >> i & 1) == 0)
             continue;
-        cJSON *axis = cJSON_AddObjectToObject(axes, rig->axis[i].name);
-        for (unsigned k = 0; k < HAL_READINGS; k++) {
-            const int32_t low = monitor->limit[k].low_milli;
-            if ((monitor->wanted >> k & 1) == 0)
-                continue;
-            cJSON *range = cJSON_AddArrayToObject(axis, name[k]);
-            cJSON_AddItemToArray(range, low == INT32_MIN
-                                            ? cJSON_CreateNull()
-                                            : cJSON_CreateNumber(low / 1000.0));
-            cJSON_AddItemToArray(
-                range,
-                cJSON_CreateNumber(monitor->limit[k].high_milli / 1000.0));
-        }
+        cJSON *range = cJSON_AddArrayToObject(object, name[i]);
+        cJSON_AddItemToArray(range,
+                             limit->low_milli == INT32_MIN
+                                 ? cJSON_CreateNull()
+                                 : cJSON_CreateNumber(limit->low_milli / 1e3));
+        cJSON_AddItemToArray(range,
+                             cJSON_CreateNumber(limit->high_milli / 1e3));
     }
+    return object;
+}
+
+void monitored_json(const struct rig *rig, struct cJSON *report)
+{
+    cJSON *axes = cJSON_AddObjectToObject(report, "monitored");
+    for (uint32_t i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].monitor.wanted != 0)
+            cJSON_AddItemToObject(axes, rig->axis[i].name,
+                                  monitored_axis_json(&rig->axis[i]));
 }

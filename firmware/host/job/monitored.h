@@ -15,8 +15,10 @@ void monitored_text(const struct rig_axis *axis, char text[MONITORED_TEXT_MAX]);
 /* One line: "monitored: pan (temperature to 80 degC); no limits are given for
  * tilt".  Nothing for a rig without drives. */
 void monitored_print(const struct rig *rig, FILE *file);
-/* "monitored" of a report: an object per axis that is, with a list [lowest,
- * highest] per reading, null where there is none. */
+/* An object with a list [lowest, highest] per reading, null where there is no
+ * limit; empty for an axis without. */
+struct cJSON *monitored_axis_json(const struct rig_axis *axis);
+/* "monitored" of a report: that of each axis that is. */
 void monitored_json(const struct rig *rig, struct cJSON *report);
 
 #endif

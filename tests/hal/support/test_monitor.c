@@ -210,6 +210,20 @@ static void one_that_never_answers_is_found_after_it_is_there(void **state)
     assert_int_equal(seen().state, HAL_DRIVE_FAULT);
 }
 
+static void what_its_driver_cannot_ask_for_is_not_missing(void **state)
+{
+    (void)state;
+    tick();
+    answer(HAL_READING_TEMPERATURE, 30000);
+    for (int i = 0; i < 500; i++) {
+        readings.from_ns = now_ns;
+        tick();
+    }
+    assert_int_equal(seen().state, HAL_DRIVE_ENABLED);
+    ticks(3 * HAL_READING_NS);
+    assert_int_equal(seen().state, HAL_DRIVE_FAULT);
+}
+
 /* A steady value is one; see hal/readings.h. */
 static void a_value_that_stays_the_same_is_no_fault(void **state)
 {
@@ -355,6 +369,8 @@ int main(void)
         cmocka_unit_test_setup(no_answer_for_three_periods_is_a_fault, begin),
         cmocka_unit_test_setup(
             one_that_never_answers_is_found_after_it_is_there, begin),
+        cmocka_unit_test_setup(what_its_driver_cannot_ask_for_is_not_missing,
+                               begin),
         cmocka_unit_test_setup(a_value_that_stays_the_same_is_no_fault, begin),
         cmocka_unit_test_setup(what_no_drive_has_is_no_answer, begin),
         cmocka_unit_test_setup(a_fault_latches_until_a_reset_that_finds_it_well,

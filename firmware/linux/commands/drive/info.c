@@ -2,6 +2,7 @@
  * it is set to, what went wrong with it. */
 #include <stdio.h>
 
+#include "firmware/host/job/monitored.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/kind.h"
 
@@ -14,6 +15,9 @@ static void info_json(const struct session *session,
     cJSON_AddStringToObject(report, "drive", session->label);
     if (info->is_unsupervised)
         cJSON_AddBoolToObject(report, "unsupervised", true);
+    if (session->axis != NULL)
+        cJSON_AddItemToObject(report, "monitored",
+                              monitored_axis_json(session->axis));
     drive_quirks_json(&info->quirks, report);
     cJSON_AddItemToObject(
         report, "values",
@@ -31,6 +35,20 @@ static void info_json(const struct session *session,
     json_print(report, stdout);
 }
 
+/* Of one that a rig has. */
+static void info_monitored(const struct rig_axis *axis)
+{
+    char text[MONITORED_TEXT_MAX];
+
+    if (axis == NULL)
+        return;
+    monitored_text(axis, text);
+    printf("\nmonitored: %s\n",
+           text[0] != '\0' ? text
+                           : "no, as the rig gives no limits of temperature, "
+                             "voltage or current");
+}
+
 static void info_print(const struct session *session,
                        const struct drive_info *info)
 {
@@ -46,6 +64,7 @@ static void info_print(const struct session *session,
         printf("\nthe rig says that it is unsupervised: it may do without "
                "0x1016, 0x6007 and 0x6066, and then nothing but its torque-off "
                "input stops it when slew is silent\n");
+    info_monitored(session->axis);
     for (unsigned i = 0; i < info->missing_count; i++)
         printf("\nit lacks %s: %s", info->missing[i].number,
                info->missing[i].why);

@@ -1,6 +1,6 @@
-/* tests/firmware/linux/machine/test_monitored.c - limits of temperature, voltage and
- * current, of each kind of drive that reports them: near one an event, at one a
- * stop with no torque left, and so without a value. */
+/* tests/firmware/linux/machine/test_machine_monitored.c - limits of temperature,
+ * voltage and current, of each kind of drive that reports them: near one an event,
+ * at one a stop with no torque left, and so without a value. */
 #include <string.h>
 
 #include "firmware/linux/machine/kind.h"
@@ -162,6 +162,25 @@ static void a_reset_takes_it_back_once_it_is_cool(void **state)
     }
 }
 
+/* The lists of a CiA 402 drive have its SDOs; what they keep waiting does not
+ * grow old. */
+static void while_a_drive_is_enabled_by_sdo_nothing_is_missing(void **state)
+{
+    (void)state;
+    load(ARRAY_LEN(kinds) - 1);
+    assert_string_equal(kinds[ARRAY_LEN(kinds) - 1].name, "cia402");
+    bench_build(&rig);
+    ticks(3000);
+    const struct hal_readings *at = machine.monitor[0]->readings;
+    const int64_t found_ns = at->from_ns;
+    assert_true(now_ns - found_ns > 1000 * MS);
+    assert_int_equal(controller_enable(&machine.controller), MOTION_OK);
+    until(CONTROLLER_READY);
+    assert_true(at->from_ns > found_ns);
+    assert_true(at->from_ns < now_ns);
+    unload();
+}
+
 /* Both ask by SDO; neither keeps the other from it. */
 static void a_probe_and_readings_take_turns(void **state)
 {
@@ -217,6 +236,7 @@ int main(void)
         cmocka_unit_test(at_a_limit_the_group_stops_and_no_torque_is_left),
         cmocka_unit_test(what_is_missing_is_a_fault),
         cmocka_unit_test(a_reset_takes_it_back_once_it_is_cool),
+        cmocka_unit_test(while_a_drive_is_enabled_by_sdo_nothing_is_missing),
         cmocka_unit_test(a_probe_and_readings_take_turns),
         cmocka_unit_test(without_limits_nothing_is_monitored),
     };
