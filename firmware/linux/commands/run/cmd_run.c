@@ -240,49 +240,40 @@ static bool cmd_run_has_loads(const struct cmd_run *self)
             rig_trigger_count(rig) > 0);
 }
 
-static enum status cmd_run_play(struct cmd_run *self)
+/* A line of the rig as an input of the machine; NULL: none. */
+static struct hal_gpio *cmd_run_line(struct cmd_run *self, int line)
+{
+    return line < 0 ? NULL : &self->live.machine.input[line].gpio;
+}
+
+static struct player_config cmd_run_config(struct cmd_run *self)
 {
     const struct options *options = self->options;
-    struct player_config config = {
+    const struct run_when *when = &self->when;
+    return (struct player_config){
         .realtime = run_when_is_on_clock(options),
         .patient = options->real,
-        .override_q30 = self->when.play_q30,
-        .from_ns_q12 = self->when.from_ns_q12,
-        .times = self->when.times,
-        .is_ping_pong = self->when.is_ping_pong,
-        .hold_at_ns = self->when.hold_at_ns,
-        .start_wall_ns = self->when.at_ns,
-        .start_line =
-            self->when.start_line < 0
-                ? NULL
-                : &self->live.machine.input[self->when.start_line].gpio,
+        .override_q30 = when->play_q30,
+        .from_ns_q12 = when->from_ns_q12,
+        .times = when->times,
+        .is_ping_pong = when->is_ping_pong,
+        .hold_at_ns = when->hold_at_ns,
+        .start_wall_ns = when->at_ns,
+        .start_line = cmd_run_line(self, when->start_line),
         .resume_after_ns = options->resume_after_ns < 0
                                ? CMD_RUN_RESUME_NS
                                : options->resume_after_ns,
+        .faults = options->faults != NULL ? &self->faults : NULL,
+        .loads = cmd_run_has_loads(self) ? &self->loads : NULL,
+        .follow = when->follow.kind != RUN_FOLLOW_NONE ? &self->follow : NULL,
     };
-    config.faults = options->faults != NULL ? &self->faults : NULL;
-    if (cmd_run_has_loads(self)) {
-        loads_init(&self->loads, &self->live.sim);
-        config.loads = &self->loads;
-    }
-    const bool follows = self->when.follow.kind != RUN_FOLLOW_NONE;
-    const bool has_keys =
-        config.realtime && !options->json &&
-        run_keys_begin(&self->keys, &self->job, self->when.play_q30, follows);
-    int err = 0;
-    if (follows)
-        err = run_follow_begin(
-            &self->follow, &self->when.follow, self->live.machine.ports.clock,
-            self->when.follow.line < 0
-                ? NULL
-                : &self->live.machine.input[self->when.follow.line].gpio);
-    if (err != 0) {
-        run_keys_end(&self->keys);
-        (void)error_file(self->when.follow.path, strerror(err));
-        return STATUS_SYSTEM;
-    }
-    config.follow = follows ? &self->follow : NULL;
-    const struct player_observer observer = {
+}
+
+static struct player_observer cmd_run_observer(struct cmd_run *self,
+                                               bool has_keys)
+{
+    const struct options *options = self->options;
+    return (struct player_observer){
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
         .record = options->record != NULL ? &self->run_record : NULL,
         .can_log = options->can_log != NULL ? &self->can_log : NULL,
@@ -291,28 +282,69 @@ static enum status cmd_run_play(struct cmd_run *self)
         .shots = &self->shots,
         .arrivals = &self->arrivals,
         .progress = &self->progress,
-        .keys = has_keys || follows ? &self->keys : NULL,
+        .keys = has_keys ? &self->keys : NULL,
     };
-    if (self->job.steps.count > 0 && self->job.step_line == NULL && !has_keys) {
-        run_keys_end(&self->keys);
-        run_follow_end(&self->follow);
-        return cmd_run_no_keys();
-    }
+}
+
+static void cmd_run_begin_report(struct cmd_run *self,
+                                 const struct player_config *config)
+{
     report_init(&self->report, &self->job);
     shots_init(&self->shots, &self->job);
     arrivals_init(&self->arrivals, &self->job);
     self->report.arrivals = &self->arrivals;
-    self->report.loads = config.loads;
-    self->report.faults = config.faults;
+    self->report.loads = config->loads;
+    self->report.faults = config->faults;
     if (self->shots.count > 0)
         self->report.shots = &self->shots;
     if (self->job.steps.count > 0)
         self->report.step = &self->live.machine.step;
+}
+
+/* The keys of the operator, and the clock that is followed: *has_keys where the
+ * terminal has them. */
+static enum status cmd_run_begin_control(struct cmd_run *self,
+                                         const struct player_config *config,
+                                         bool *has_keys)
+{
+    const struct run_follow_config *follow = &self->when.follow;
+    *has_keys = config->realtime && !self->options->json &&
+                run_keys_begin(&self->keys, &self->job, self->when.play_q30,
+                               config->follow != NULL);
+    const int err = config->follow == NULL
+                        ? 0
+                        : run_follow_begin(&self->follow, follow,
+                                           self->live.machine.ports.clock,
+                                           cmd_run_line(self, follow->line));
+    if (err != 0) {
+        run_keys_end(&self->keys);
+        (void)error_file(follow->path, strerror(err));
+        return STATUS_SYSTEM;
+    }
+    if (self->job.steps.count == 0 || self->job.step_line != NULL || *has_keys)
+        return STATUS_OK;
+    run_keys_end(&self->keys);
+    run_follow_end(&self->follow);
+    return cmd_run_no_keys();
+}
+
+static enum status cmd_run_play(struct cmd_run *self)
+{
+    const struct player_config config = cmd_run_config(self);
+    bool has_keys;
+    if (config.loads != NULL)
+        loads_init(&self->loads, &self->live.sim);
+    const enum status status = cmd_run_begin_control(self, &config, &has_keys);
+    if (status != STATUS_OK)
+        return status;
+    const struct player_observer observer =
+        cmd_run_observer(self, has_keys || config.follow != NULL);
+    cmd_run_begin_report(self, &config);
     progress_init(&self->progress, stderr, self->job.end_ns_q12);
     player_init(&self->player, &self->live.machine, &self->job, &config,
                 &observer);
     cmd_run_begin_files(self, config.realtime);
-    err = player_run(&self->player, interrupt_listen());
+    const int err = player_run(&self->player, interrupt_listen());
     interrupt_listen_no_more();
     progress_end(&self->progress);
     run_keys_end(&self->keys);

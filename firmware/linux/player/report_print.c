@@ -1,0 +1,436 @@
+/* firmware/linux/player/report_print.c - a report as text and as JSON: see
+ * report.h. */
+#include <inttypes.h>
+
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/machine/machine_fault.h"
+#include "firmware/linux/player/arrivals.h"
+#include "firmware/linux/player/loads.h"
+#include "firmware/linux/player/report.h"
+#include "firmware/linux/player/shots.h"
+#include "motion/core/fixed.h"
+
+/* "351.6 / 400  88 %" */
+static void report_peak(struct table *table, const struct report *report,
+                        unsigned i, unsigned order)
+{
+    const struct rig_axis *rig = job_rig_axis(report->job, i);
+    int64_t limit = job_limit_of(&rig->limit, order);
+    char peak_text[NUMBER_MAX], limit_text[NUMBER_MAX];
+    number_short(peak_text, report->axis[i].peak[order], 32);
+    number_short(limit_text, limit, 32);
+    if (limit == 0)
+        table_cell(table, "%s", peak_text);
+    else
+        table_cell(table, "%s / %s %4" PRId64 " %%", peak_text, limit_text,
+                   number_percent(report->axis[i].peak[order], limit));
+}
+
+static void report_row(struct table *table, const struct report *report,
+                       unsigned i)
+{
+    const struct rig_axis *rig = job_rig_axis(report->job, i);
+    const struct report_axis *axis = &report->axis[i];
+    char text[NUMBER_MAX];
+    table_cell(table, "%s", rig->name);
+    number_seconds(text, axis->dur_ns * MOTION_FIXED_NS_Q12);
+    table_cell(table, "%s s", text);
+    table_cell(table, "%s", units_axis_text(rig->unit));
+    for (unsigned order = 1; order <= 3; order++)
+        report_peak(table, report, i, order);
+    if (job_runs_by_drive_profile(report->job, i)) {
+        table_cell(table, "-");
+    } else {
+        number_short(text, axis->following_q32, 32);
+        table_cell(table, "%s", text);
+    }
+    number_short(text, report_end_error(report, i), 32);
+    table_cell(table, "%s", text);
+}
+
+static void report_table(const struct report *report, FILE *file)
+{
+    static const char *const head[] = {
+        "<axis",
+        ">duration",
+        "<unit",
+        ">velocity /s",
+        ">acceleration /s2",
+        ">jerk /s3",
+        ">following error",
+        ">end error",
+    };
+    struct table table;
+    table_init(&table, 8, head);
+    for (unsigned i = 0; i < report->job->move.axis_count; i++)
+        report_row(&table, report, i);
+    table_print(&table, file);
+    table_free(&table);
+}
+
+const char *report_end_text(enum report_end end)
+{
+    static const char *const text[] = {
+        "done",
+        "stopped by a fault",
+        "stopped along the path by the operator",
+        "quick stop by the operator",
+    };
+    return text[end];
+}
+
+/* The value that tripped it, in the unit of its kind. */
+static void report_fault_value(const struct report *report, char *text,
+                               size_t size)
+{
+    const struct controller_fault_record *fault = &report->fault;
+    char value[NUMBER_MAX], limit[NUMBER_MAX];
+    const char *unit = "ms";
+    text[0] = 0;
+    switch (fault->fault) {
+    case CONTROLLER_FAULT_STALE:
+    case CONTROLLER_FAULT_ENABLE:
+        number_fixed(value, fault->value / 1000000, 0, 0);
+        number_fixed(limit, fault->limit / 1000000, 0, 0);
+        break;
+    case CONTROLLER_FAULT_FOLLOWING:
+    case CONTROLLER_FAULT_GATE:
+    case CONTROLLER_FAULT_ARRIVAL:
+        number_short(value, fault->value, 32);
+        number_short(limit, fault->limit, 32);
+        unit = fault->axis < 0
+                   ? ""
+                   : units_axis_text(report->job->rig.axis[fault->axis].unit);
+        break;
+    default:
+        return;
+    }
+    snprintf(text, size, " (%s %s, limit %s %s)", value, unit, limit, unit);
+}
+
+static const char *report_fault_axis(const struct report *report)
+{
+    int axis = report->fault.axis;
+    return axis < 0 ? "all axes" : report->job->rig.axis[axis].name;
+}
+
+void report_fault_text(const struct report *report, char text[REPORT_FAULT_MAX])
+{
+    char value[160];
+    text[0] = 0;
+    if (report->fault.fault == CONTROLLER_FAULT_NONE)
+        return;
+    report_fault_value(report, value, sizeof value);
+    snprintf(text, REPORT_FAULT_MAX, "%s: %s%s%s%s", report_fault_axis(report),
+             controller_fault_text(report->fault.fault), value,
+             report->fault_text[0] != 0 ? ": " : "", report->fault_text);
+}
+
+static void report_fault(const struct report *report, FILE *file)
+{
+    char value[160];
+    if (report->end != REPORT_FAULT)
+        return;
+    report_fault_value(report, value, sizeof value);
+    if (report->fault.fault != CONTROLLER_FAULT_NONE)
+        fprintf(file, "fault: %s: %s%s\n", report_fault_axis(report),
+                controller_fault_text(report->fault.fault), value);
+    if (report->fault_text[0] != 0)
+        fprintf(file, "reason: %s\n", report->fault_text);
+    if (report->fault.drive_code != 0 && !report->monitored)
+        fputs("slew drive reset clears it, once its cause is gone\n", file);
+}
+
+static bool report_has_events(const struct report_axis *axis)
+{
+    uint32_t any = 0;
+    for (unsigned i = 0; i < HAL_DRIVE_EVENTS; i++)
+        any |= axis->events.count[i];
+    return any != 0;
+}
+
+/* "events: pan: warning 2, emergency message 1 (0x8130)": what the drives said
+ * without being in fault. */
+static void report_events(const struct report *report, unsigned i, FILE *file)
+{
+    const struct report_axis *axis = &report->axis[i];
+    const char *comma = "";
+    if (!report_has_events(axis))
+        return;
+    fprintf(file, "events: %s: ", job_rig_axis(report->job, i)->name);
+    for (unsigned e = 0; e < HAL_DRIVE_EVENTS; e++)
+        if (axis->events.count[e] > 0) {
+            fprintf(file, "%s%s %" PRIu32, comma,
+                    hal_drive_event_text((enum hal_drive_event)e),
+                    axis->events.count[e]);
+            comma = ", ";
+        }
+    if (axis->events.count[HAL_DRIVE_EVENT_EMERGENCY] > 0)
+        fprintf(file, " (0x%04X)", axis->events.emergency_code);
+    fputc('\n', file);
+}
+
+static void report_buses(const struct report *report, FILE *file)
+{
+    bool known = false;
+    for (uint32_t i = 0; i < report->job->rig.bus_count; i++)
+        known |= report->load[i] > 0;
+    if (!known) /* a real interface does not tell */
+        return;
+    fputs("bus load:", file);
+    for (uint32_t i = 0; i < report->job->rig.bus_count; i++)
+        fprintf(file, "%s %s %.1f %%", i > 0 ? "," : "",
+                report->job->rig.bus[i].name, 100 * report->load[i]);
+    fputs(" (mean during the move)\n", file);
+}
+
+static void report_clock(const struct report *report, FILE *file)
+{
+    if (!report->realtime)
+        return;
+    fprintf(file,
+            "clock: %" PRIu64 " ticks, %" PRIu64
+            " lost; latest wake-up %.2f ms after its time\n",
+            report->ticks, report->ticks_lost, (double)report->late_ns / 1e6);
+    if (report->fault.fault == CONTROLLER_FAULT_OVERRUN)
+        fputs("this computer did something else meanwhile: slew doctor says "
+              "what helps, and a rig with a longer tick tolerates more\n",
+              file);
+}
+
+void report_torque(const struct report *report, FILE *file)
+{
+    for (uint32_t i = 0; i < report->job->rig.axis_count; i++)
+        if (report->torque[i][0] != 0)
+            fprintf(file, "%s: %s\n", report->job->rig.axis[i].name,
+                    report->torque[i]);
+}
+
+/* The move itself, once it has begun. */
+static void report_move(const struct report *report, FILE *file)
+{
+    char played[NUMBER_MAX];
+    number_seconds(played, report->played_ns * MOTION_FIXED_NS_Q12);
+    report_table(report, file);
+    fprintf(file, "\n%s after %s s\n", report_end_text(report->end), played);
+    fprintf(file,
+            "set points: CRC-32 %08" PRIx32
+            ", the same for takes that are equal to the bit\n",
+            report->set_points_crc32);
+    if (report->is_repeated)
+        fprintf(file, "played %" PRId64 " time%s to the end\n", report->times,
+                report->times == 1 ? "" : "s");
+    if (report->followed[0] != 0)
+        fprintf(file, "%s\n", report->followed);
+    report_buses(report, file);
+    if (report->shots != NULL)
+        shots_print(report->shots, file);
+    if (report->step != NULL)
+        fprintf(file,
+                "step by step: %" PRIu32 " of %" PRIu32
+                " frames; edges that came too early: %" PRIu32 "\n",
+                report->step->frame, report->step->config.count,
+                report->step->early);
+    if (report->arrivals != NULL)
+        arrivals_print(report->arrivals, file);
+}
+
+/* What could not be written, and what was. */
+static void report_files(const struct report *report, FILE *file)
+{
+    if (report->rows_dropped > 0)
+        fprintf(file,
+                "rows:      %" PRIu64 " were lost, as writing was too slow\n",
+                report->rows_dropped);
+    if (report->telemetry_lost > 0)
+        fprintf(file, "telemetry: %" PRIu64 " rows could not be written\n",
+                report->telemetry_lost);
+    if (report->record_lost > 0)
+        fprintf(file, "recording: %" PRIu64 " rows could not be written\n",
+                report->record_lost);
+    if (report->frames_dropped > 0)
+        fprintf(file, "frames:    %" PRIu64 " were not written\n",
+                report->frames_dropped);
+    if (report->telemetry_path != NULL)
+        fprintf(file, "telemetry: %s\n", report->telemetry_path);
+    if (report->record_path != NULL)
+        fprintf(file, "recording: %s\n", report->record_path);
+    if (report->can_log_path != NULL)
+        fprintf(file, "frames:    %s\n", report->can_log_path);
+    if (report->plot_path != NULL)
+        fprintf(file, "picture:   %s\n", report->plot_path);
+}
+
+void report_print(const struct report *report, FILE *file)
+{
+    if (report->started)
+        report_move(report, file);
+    else
+        fprintf(file, "%s before the move began\n",
+                report_end_text(report->end));
+    report_fault(report, file);
+    if (report->loads != NULL)
+        loads_print(report->loads, file);
+    if (report->faults != NULL)
+        machine_fault_print(report->faults, file);
+    report_torque(report, file);
+    for (unsigned i = 0; i < report->job->move.axis_count; i++) {
+        report_events(report, i, file);
+        report_warning_print(&report->axis[i].warnings,
+                             job_rig_axis(report->job, i), file);
+    }
+    report_clock(report, file);
+    report_files(report, file);
+}
+
+static void report_json_peak(cJSON *item, const char *name,
+                             const struct report *report, unsigned i,
+                             unsigned order)
+{
+    const struct rig_axis *rig = job_rig_axis(report->job, i);
+    int64_t limit = job_limit_of(&rig->limit, order);
+    cJSON *object = cJSON_AddObjectToObject(item, name);
+    json_add_fixed(object, "peak", report->axis[i].peak[order], 32);
+    if (limit != 0)
+        json_add_fixed(object, "limit", limit, 32);
+}
+
+static void report_json_events(cJSON *item, const struct report_axis *axis)
+{
+    cJSON *object;
+    if (!report_has_events(axis))
+        return;
+    object = cJSON_AddObjectToObject(item, "events");
+    for (unsigned e = 0; e < HAL_DRIVE_EVENTS; e++)
+        cJSON_AddNumberToObject(object,
+                                hal_drive_event_text((enum hal_drive_event)e),
+                                axis->events.count[e]);
+    cJSON_AddNumberToObject(object, "emergency_code",
+                            axis->events.emergency_code);
+}
+
+static cJSON *report_json_axis(const struct report *report, unsigned i)
+{
+    const struct report_axis *axis = &report->axis[i];
+    cJSON *item = cJSON_CreateObject();
+    cJSON_AddStringToObject(item, "name", report->job->move.axis[i].name);
+    cJSON_AddStringToObject(
+        item, "unit", units_axis_text(job_rig_axis(report->job, i)->unit));
+    cJSON_AddNumberToObject(item, "duration_s", (double)axis->dur_ns / 1e9);
+    report_json_peak(item, "velocity", report, i, 1);
+    report_json_peak(item, "acceleration", report, i, 2);
+    report_json_peak(item, "jerk", report, i, 3);
+    if (!job_runs_by_drive_profile(report->job, i))
+        json_add_fixed(item, "following_error", axis->following_q32, 32);
+    if (report->arrivals != NULL)
+        arrivals_json(report->arrivals, i, item);
+    json_add_fixed(item, "end_error", report_end_error(report, i), 32);
+    report_json_events(item, axis);
+    report_warning_json(&axis->warnings, item);
+    return item;
+}
+
+static void report_json_fault(const struct report *report, cJSON *object)
+{
+    cJSON *fault = cJSON_AddObjectToObject(object, "fault");
+    cJSON_AddStringToObject(fault, "axis", report_fault_axis(report));
+    cJSON_AddStringToObject(fault, "what",
+                            controller_fault_text(report->fault.fault));
+    cJSON_AddStringToObject(fault, "reason", report->fault_text);
+    cJSON_AddNumberToObject(fault, "drive_code", report->fault.drive_code);
+}
+
+static void report_json_torque(const struct report *report, cJSON *object)
+{
+    cJSON *list = cJSON_AddArrayToObject(object, "torque_not_confirmed_off");
+    for (uint32_t i = 0; i < report->job->rig.axis_count; i++) {
+        if (report->torque[i][0] == 0)
+            continue;
+        cJSON *item = cJSON_CreateObject();
+        cJSON_AddItemToArray(list, item);
+        cJSON_AddStringToObject(item, "axis", report->job->rig.axis[i].name);
+        cJSON_AddStringToObject(item, "what", report->torque[i]);
+    }
+}
+
+static void report_json_buses(const struct report *report, cJSON *object)
+{
+    const struct rig *rig = &report->job->rig;
+    cJSON *buses = cJSON_AddArrayToObject(object, "buses");
+    for (uint32_t i = 0; i < rig->bus_count; i++) {
+        cJSON *bus = cJSON_CreateObject();
+        cJSON_AddStringToObject(bus, "name", rig->bus[i].name);
+        cJSON_AddNumberToObject(bus, "load", report->load[i]);
+        cJSON_AddItemToArray(buses, bus);
+    }
+}
+
+static void report_json_step(const struct frame_step *step, cJSON *object)
+{
+    cJSON *item = cJSON_AddObjectToObject(object, "step");
+    cJSON_AddNumberToObject(item, "frames", step->config.count);
+    cJSON_AddNumberToObject(item, "frame", step->frame);
+    cJSON_AddNumberToObject(item, "early", step->early);
+}
+
+static void report_json_move(const struct report *report, cJSON *object)
+{
+    char crc[9];
+    cJSON_AddStringToObject(object, "end", report_end_text(report->end));
+    cJSON_AddStringToObject(object, "title", report->job->move.title);
+    cJSON_AddNumberToObject(object, "played_s",
+                            (double)report->played_ns / 1e9);
+    snprintf(crc, sizeof crc, "%08" PRIx32, report->set_points_crc32);
+    cJSON_AddStringToObject(object, "set_points_crc32", crc);
+    if (report->is_repeated)
+        cJSON_AddNumberToObject(object, "loops_played", (double)report->times);
+    if (report->followed[0] != 0)
+        cJSON_AddStringToObject(object, "followed", report->followed);
+    cJSON *axes = cJSON_AddArrayToObject(object, "axes");
+    for (unsigned i = 0; i < report->job->move.axis_count; i++)
+        cJSON_AddItemToArray(axes, report_json_axis(report, i));
+}
+
+static void report_json_files(const struct report *report, cJSON *object)
+{
+    if (report->telemetry_path != NULL)
+        cJSON_AddStringToObject(object, "telemetry", report->telemetry_path);
+    if (report->telemetry_lost > 0)
+        cJSON_AddNumberToObject(object, "telemetry_rows_not_written",
+                                (double)report->telemetry_lost);
+    if (report->record_lost > 0)
+        cJSON_AddNumberToObject(object, "recording_rows_not_written",
+                                (double)report->record_lost);
+    if (report->record_path != NULL)
+        cJSON_AddStringToObject(object, "recording", report->record_path);
+    if (report->can_log_path != NULL)
+        cJSON_AddStringToObject(object, "can_log", report->can_log_path);
+    if (report->plot_path != NULL)
+        cJSON_AddStringToObject(object, "picture", report->plot_path);
+}
+
+void report_json(const struct report *report, FILE *file)
+{
+    cJSON *object = cJSON_CreateObject();
+    report_json_move(report, object);
+    report_json_buses(report, object);
+    if (report->shots != NULL)
+        shots_json(report->shots, object);
+    if (report->step != NULL)
+        report_json_step(report->step, object);
+    if (report->loads != NULL)
+        loads_json(report->loads, object);
+    if (report->faults != NULL)
+        machine_fault_json(report->faults, object);
+    if (report->end == REPORT_FAULT)
+        report_json_fault(report, object);
+    report_json_torque(report, object);
+    cJSON_AddNumberToObject(object, "ticks", (double)report->ticks);
+    cJSON_AddNumberToObject(object, "ticks_lost", (double)report->ticks_lost);
+    cJSON_AddNumberToObject(object, "rows_lost", (double)report->rows_dropped);
+    report_json_files(report, object);
+    json_print(object, file);
+}
