@@ -13,7 +13,8 @@
 #ifndef MOTION_DOUBLE_DOUBLE_MATH_H
 #define MOTION_DOUBLE_DOUBLE_MATH_H
 
-#define DOUBLE_PI 3.14159265358979323846
+#define DOUBLE_PI     3.14159265358979323846
+#define DOUBLE_RADIAN 0.017453292519943295769 /* of a degree */
 
 /* Natural, of x > 0. */
 double double_log(double x);

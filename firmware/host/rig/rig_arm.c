@@ -5,9 +5,8 @@
 #include "firmware/host/rig/rig_kinematics.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/rig/plan_arm.h"
-
-#define RIG_RADIAN 0.017453292519943295769
 
 /* A joint and the row of the table that begins with it. */
 struct rig_link {
@@ -57,7 +56,7 @@ static int rig_read_link_axis(void *reader, const struct yaml_value *value,
                                  units_axis_text(unit));
     link->axis = (struct plan_rig_axis){ true, index };
     link->joint.is_prismatic = unit == UNITS_AXIS_MM;
-    link->unit = unit == UNITS_AXIS_DEG ? RIG_RADIAN : 1;
+    link->unit = unit == UNITS_AXIS_DEG ? DOUBLE_RADIAN : 1;
     self->units.unit = unit;
     return 0;
 }

@@ -9,12 +9,12 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/camera/plan_bake.h"
 #include "motion/plan/camera/plan_keyed.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_track.h"
 
-#define FOLLOW_RADIAN 0.017453292519943295769
 /* Steps of the walk, at least, and per border. */
 #define FOLLOW_ROWS        4096
 #define FOLLOW_BORDER_ROWS 16
@@ -88,7 +88,7 @@ static struct plan_jet follow_axis(const struct follow *self,
                                    struct plan_jet angle)
 {
     return plan_rig_position(&self->rig->rig.head.axis[axis],
-                             plan_jet_scale(angle, 1 / FOLLOW_RADIAN));
+                             plan_jet_scale(angle, 1 / DOUBLE_RADIAN));
 }
 
 /* Is the carrier within the limits that its kind has? */
@@ -282,8 +282,8 @@ static int follow_refuse_bake(const struct follow *self, int err)
         "at %.3f s the camera would have to pan at %.4g deg/s and tilt at %.4g "
         "deg/s, too fast to be planned: pass farther from the subject, or "
         "slower",
-        follow_s(t), fabs(aim.pan.v) / FOLLOW_RADIAN,
-        fabs(aim.tilt.v) / FOLLOW_RADIAN);
+        follow_s(t), fabs(aim.pan.v) / DOUBLE_RADIAN,
+        fabs(aim.tilt.v) / DOUBLE_RADIAN);
 }
 
 static int follow_bake(struct follow *self, struct motion_track *list[],

@@ -4,9 +4,8 @@
 #include <math.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/plan_track.h"
-
-#define KEYED_RADIAN 0.017453292519943295769
 
 void plan_keyed_init(struct plan_keyed *self)
 {
@@ -54,5 +53,5 @@ struct plan_jet plan_keyed_roll(const struct plan_keyed *self, int64_t t_ns_q12,
                                 int side)
 {
     return plan_jet_scale(plan_rig_track(&self->roll, t_ns_q12, side),
-                          KEYED_RADIAN);
+                          DOUBLE_RADIAN);
 }

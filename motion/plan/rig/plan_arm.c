@@ -4,10 +4,10 @@
 #include <float.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 
-#define ARM_RADIAN 0.017453292519943295769
-#define ARM_ROWS   6 /* of the Jacobian */
-#define ARM_STEPS  30
+#define ARM_ROWS  6 /* of the Jacobian */
+#define ARM_STEPS 30
 /* A radian of orientation counts as much as so many units of length. */
 #define ARM_LENGTH 500.0
 /* What is left of a pose that is met; of the largest pivot, below which joints
@@ -38,7 +38,7 @@ struct plan_jet plan_arm_axis(const struct plan_arm *arm, uint32_t i,
 
 static double arm_degree(const struct plan_arm *arm, uint32_t i)
 {
-    return arm->arm.joint[i].is_prismatic ? 1 : ARM_RADIAN;
+    return arm->arm.joint[i].is_prismatic ? 1 : DOUBLE_RADIAN;
 }
 
 int64_t plan_arm_joint_q32(const struct plan_arm *arm, uint32_t i, double joint)
@@ -74,7 +74,7 @@ static void arm_link(const struct motion_arm_joint *link, struct plan_jet joint,
                      struct arm_frame *frame)
 {
     struct plan_jet theta =
-        plan_jet_of(arm_q32(link->theta_deg_q32) * ARM_RADIAN);
+        plan_jet_of(arm_q32(link->theta_deg_q32) * DOUBLE_RADIAN);
     struct plan_jet d = plan_jet_of(arm_q32(link->d_q32));
 
     if (link->is_prismatic)
@@ -88,7 +88,7 @@ static void arm_link(const struct motion_arm_joint *link, struct plan_jet joint,
             plan_jet_vec_mul(frame->x[2], d),
             plan_jet_vec_mul(frame->x[0], plan_jet_of(arm_q32(link->a_q32)))));
     arm_swing(&frame->x[1], &frame->x[2],
-              plan_jet_of(arm_q32(link->alpha_deg_q32) * ARM_RADIAN));
+              plan_jet_of(arm_q32(link->alpha_deg_q32) * DOUBLE_RADIAN));
 }
 
 /* A vector of the flange, in space. */

@@ -3,9 +3,9 @@
 
 #include "motion/core/err.h"
 #include "motion/curve/bake.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/rig/plan_arm.h"
 
-#define RIG_RADIAN 0.017453292519943295769
 /* A direction shorter than this, of its distance, is none. */
 #define RIG_POLE 1e-9
 
@@ -214,10 +214,10 @@ static void rig_jib(const struct motion_carrier *carrier,
 {
     const struct motion_jib *jib = &carrier->as.jib;
     const struct plan_jet zero = plan_jet_of(0);
-    const struct plan_jet pan =
-        plan_jet_scale(plan_rig_coordinate(&jib->axis[0], axis[0]), RIG_RADIAN);
-    const struct plan_jet tilt =
-        plan_jet_scale(plan_rig_coordinate(&jib->axis[1], axis[1]), RIG_RADIAN);
+    const struct plan_jet pan = plan_jet_scale(
+        plan_rig_coordinate(&jib->axis[0], axis[0]), DOUBLE_RADIAN);
+    const struct plan_jet tilt = plan_jet_scale(
+        plan_rig_coordinate(&jib->axis[1], axis[1]), DOUBLE_RADIAN);
     const struct plan_jet length =
         plan_jet_add(plan_jet_of(rig_q32(jib->length_q32)),
                      plan_rig_coordinate(&jib->axis[2], axis[2]));
@@ -288,7 +288,7 @@ struct plan_jet_vec plan_rig_on_table(const struct plan_rig *rig,
         plan_jet_vec_turn(
             point, rig_z,
             plan_jet_scale(plan_rig_coordinate(&rig->table_map, table),
-                           RIG_RADIAN)));
+                           DOUBLE_RADIAN)));
 }
 
 /* ---- the head ------------------------------------------------------------ */
@@ -392,7 +392,7 @@ void plan_rig_camera_at(const struct plan_rig *rig,
                                  &rig->rig.head.axis[i],
                                  plan_rig_track(&track[rig->head[i].axis],
                                                 t_ns_q12, MOTION_BAKE_LEFT)),
-                             RIG_RADIAN)
+                             DOUBLE_RADIAN)
                        : plan_jet_of(0);
     plan_rig_mount(&rig->rig.carrier, axis, &camera->pupil, frame);
     rig_swing(&frame->forward, &frame->left, angle[MOTION_HEAD_PAN]);
