@@ -19,22 +19,28 @@ pack() # pack EXAMPLE: what `slew run` does with it, and the move as FILE
         "$PACK" "$rig" "$dir/slt" "$dir/csv" >"$dir/move"
 }
 
-failed=0 examples=0
+# on COMMAND OUT: no word if it went well
+on()
+{
+    timeout 300 sh -c "$(echo "$1" | sed "s|FILE|$dir/move|")" </dev/null >"$2" 2>&1 ||
+        echo "$name: $(cat "$2"): $1" | tee -a "$dir/failed"
+}
+
+examples=0
 for rig in examples/*/rig.yaml; do
     name=$(basename "${rig%/rig.yaml}")
     if ! pack "$name" >"$dir/out" 2>&1; then
         echo "$name: not played: $(tail -1 "$dir/out")"
-        grep -Eq "by its own profile|more than 6 axes" "$dir/out" || failed=1
+        grep -Eq "by its own profile|more than 6 axes" "$dir/out" || echo "$name" >>"$dir/failed"
         continue
     fi
     examples=$((examples + 1))
+    number=0
     for command in "$@"; do
-        if ! timeout 300 sh -c "$(echo "$command" | sed "s|FILE|$dir/move|")" \
-            </dev/null >"$dir/out" 2>&1; then
-            echo "$name: $(cat "$dir/out"): $command"
-            failed=1
-        fi
+        number=$((number + 1))
+        on "$command" "$dir/out$number" &
     done
+    wait
 done
-[ "$failed" = 0 ] || exit 1
+[ ! -e "$dir/failed" ] || exit 1
 echo "$examples examples on $# processors: the set points of every tick are the PC's"
