@@ -309,7 +309,11 @@ test("a warning of an axis is said on the page", () => {
     send() {}
     close() {}
   }
-  const machine = new Machine("ws://machine", (text, isError) => said.push([text, isError]), Socket);
+  const machine = new Machine(
+    "ws://machine",
+    (text, isError) => said.push([text, isError]),
+    Socket,
+  );
   machine.start();
   const event = { event: "warning", axis: "pan", code: "following_error", text: "pan: close" };
   socket.onmessage({ data: JSON.stringify(event) });
