@@ -36,9 +36,11 @@ struct hal_reading_value {
 
 /* All zero: nothing is wanted. */
 struct hal_readings {
-    unsigned wanted; /* 1 << enum hal_reading */
-    int64_t from_ns; /* its driver asks since then: what is older is not
+    unsigned wanted;    /* 1 << enum hal_reading */
+    int64_t from_ns;    /* its driver asks since then: what is older is not
                         missing */
+    int64_t missing_ns; /* without an answer for so long it is; 0: three
+                           periods */
     struct hal_reading_value value[HAL_READINGS];
     /* private to hal_readings_next */
     int64_t due_ns;

@@ -55,7 +55,7 @@ static const struct map_place map_item[] = {
     PLACE(modbus_map_item, order, MODBUS_DCBA),
     PLACE(modbus_map_item, read, HAL_MODBUS_READ_INPUT),
     PLACE(modbus_map_item, write, HAL_MODBUS_WRITE_MANY),
-    PLACE(modbus_map_item, poll, MODBUS_POLL_SLOW),
+    PLACE(modbus_map_item, poll, MODBUS_POLL_MONITOR),
 };
 static const struct map_place map_condition[] = {
     PLACE(modbus_map_condition, item, MODBUS_MAP_NO_ITEM),

@@ -217,30 +217,59 @@ static int64_t modbus_map_writes_ns(const struct modbus_map *map,
     return dur_ns;
 }
 
+/* n grows by the blocks of the class. */
+static int64_t modbus_map_reads_ns(const struct modbus_map *map,
+                                   enum modbus_map_poll poll,
+                                   const struct modbus_rtu_time *time,
+                                   unsigned *n)
+{
+    struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX];
+    const unsigned blocks = modbus_map_blocks(map, poll, block);
+    int64_t dur_ns = 0;
+
+    for (unsigned i = 0; i < blocks; i++) {
+        const struct hal_modbus_request request = {
+            .unit = 1,
+            .function = block[i].read,
+            .address = block[i].at,
+            .count = block[i].count,
+        };
+
+        dur_ns += modbus_rtu_transaction_ns(time, &request);
+    }
+    *n += blocks;
+    return dur_ns;
+}
+
+int64_t modbus_map_monitor_ns(const struct modbus_map *map,
+                              const struct modbus_rtu_time *time, unsigned *n)
+{
+    const unsigned before = *n;
+    const int64_t dur_ns =
+        modbus_map_reads_ns(map, MODBUS_POLL_MONITOR, time, n);
+
+    return dur_ns + (*n - before) * map->turnaround_ns;
+}
+
 int64_t modbus_map_cycle_ns(const struct modbus_map *map,
                             const struct modbus_rtu_time *time, bool streamed,
                             unsigned *n)
 {
-    struct hal_modbus_request request = { .unit = 1,
-                                          .function = HAL_MODBUS_WRITE_MANY,
-                                          .address = map->stream.at,
-                                          .count = map->stream.registers };
-    struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX];
-    const unsigned blocks = modbus_map_blocks(map, MODBUS_POLL_FAST, block);
-    int64_t dur_ns = 0;
+    const struct hal_modbus_request request = { .unit = 1,
+                                                .function =
+                                                    HAL_MODBUS_WRITE_MANY,
+                                                .address = map->stream.at,
+                                                .count =
+                                                    map->stream.registers };
+    int64_t dur_ns;
 
-    *n = blocks;
+    *n = 0;
+    dur_ns = modbus_map_reads_ns(map, MODBUS_POLL_FAST, time, n);
     if (streamed && map->stream.count > 0) {
         dur_ns += modbus_rtu_transaction_ns(time, &request);
         ++*n;
         dur_ns += modbus_map_writes_ns(
             map, &map->sequence[MODBUS_SEQUENCE_stream_go], time, n);
-    }
-    for (unsigned i = 0; i < blocks; i++) {
-        request.function = block[i].read;
-        request.address = block[i].at;
-        request.count = block[i].count;
-        dur_ns += modbus_rtu_transaction_ns(time, &request);
     }
     return dur_ns + *n * map->turnaround_ns;
 }

@@ -38,6 +38,7 @@ enum modbus_map_poll {
     MODBUS_POLL_NEVER, /* only when a step asks, or to write it */
     MODBUS_POLL_FAST,  /* in every cycle */
     MODBUS_POLL_SLOW,
+    MODBUS_POLL_MONITOR, /* in every cycle of a drive that is monitored */
 };
 
 struct modbus_map_item {
@@ -48,6 +49,10 @@ struct modbus_map_item {
     uint8_t read;  /* function: 3 or 4; of a bit 1 or 2 */
     uint8_t write; /* function: 5, 6 or 16; of a bit 5 or 15 */
     enum modbus_map_poll poll;
+    /* POLL_MONITOR: 1 + enum hal_reading, and thousandths of its unit that one
+     * count is, != 0; else 0 */
+    uint8_t reading;
+    int32_t milli;
 };
 
 enum modbus_map_quantity {
@@ -229,5 +234,8 @@ modbus_map_blocks(const struct modbus_map *map, enum modbus_map_poll poll,
 int64_t modbus_map_cycle_ns(const struct modbus_map *map,
                             const struct modbus_rtu_time *time, bool streamed,
                             unsigned *n);
+/* What it is longer by when the drive is monitored; n grows likewise. */
+int64_t modbus_map_monitor_ns(const struct modbus_map *map,
+                              const struct modbus_rtu_time *time, unsigned *n);
 
 #endif

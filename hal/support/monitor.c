@@ -153,7 +153,9 @@ static bool monitor_is_missing(const struct drive_monitor *self,
 
     if (self->readings->from_ns > since_ns)
         since_ns = self->readings->from_ns;
-    return self->now_ns - since_ns > MISSING_NS;
+    return self->now_ns - since_ns > (self->readings->missing_ns > 0
+                                          ? self->readings->missing_ns
+                                          : MISSING_NS);
 }
 
 /* Once per answer: is this the second one in a row that is at the limit? */

@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "firmware/host/device/modbus_map_parts.h"
+#include "firmware/host/yaml/yaml_units.h"
+#include "hal/readings.h"
 
 const char *const map_polls[] = { "never", "fast", "slow" };
 
@@ -49,6 +51,47 @@ static int map_read_poll(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+/* The names of readings, and what one count of them is. */
+static const struct {
+    const char *name;
+    enum units_quantity quantity;
+} map_readings[HAL_READINGS] = {
+    [HAL_READING_TEMPERATURE] = { "temperature", UNITS_TEMPERATURE },
+    [HAL_READING_VOLTAGE] = { "bus_voltage", UNITS_VOLTAGE },
+    [HAL_READING_CURRENT] = { "current", UNITS_CURRENT },
+};
+
+static int map_read_scale(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    const struct units_context units = { .unit = UNITS_AXIS_COUNT };
+    struct modbus_map_item *item = out;
+    int64_t scale_q32, milli;
+    unsigned i = 0;
+
+    (void)reader;
+    while (i < HAL_READINGS && strcmp(item->name, map_readings[i].name) != 0)
+        i++;
+    if (i == HAL_READINGS)
+        return yaml_value_refuse(value, "is for an item named temperature, "
+                                        "bus_voltage or current");
+    if (item->type == MODBUS_BIT || item->poll != MODBUS_POLL_NEVER)
+        return yaml_value_refuse(value, "is for a register without poll, which "
+                                        "is read where it is monitored");
+    if (yaml_units_read(value, map_readings[i].quantity, &units, &scale_q32) <
+        0)
+        return -1;
+    milli = scale_q32 > INT64_C(100) << 32 || scale_q32 < 0
+                ? 0
+                : (scale_q32 * 1000 + (INT64_C(1) << 31)) >> 32;
+    if (milli < 1)
+        return yaml_value_refuse(value, "is out of range");
+    item->poll = MODBUS_POLL_MONITOR;
+    item->reading = (uint8_t)(i + 1);
+    item->milli = (int32_t)milli;
+    return 0;
+}
+
 static const struct yaml_field map_item_fields[] = {
     { "at", YAML_REQUIRED, "an address 0 .. 0xFFFF as in the frame",
       map_read_address, offsetof(struct modbus_map_item, at) },
@@ -62,6 +105,8 @@ static const struct yaml_field map_item_fields[] = {
       map_read_write, offsetof(struct modbus_map_item, write) },
     { "poll", YAML_OPTIONAL, "never, fast or slow", map_read_poll,
       offsetof(struct modbus_map_item, poll) },
+    { "scale", YAML_OPTIONAL,
+      "what one count of it is, 0.001 .. 100 degC, V or A", map_read_scale, 0 },
 };
 const struct yaml_shape map_item_shape = { "item", map_item_fields,
                                            ARRAY_LEN(map_item_fields) };

@@ -97,11 +97,12 @@ static bool request_slow(struct drive_modbus *self,
     return true;
 }
 
-/* Turn 0: set point, 1 ..: fast blocks; then perhaps a slow one. */
+/* Turn 0: set point, 1 ..: fast blocks, those that are monitored; then perhaps a
+ * slow one. */
 static bool request_in_turn(struct drive_modbus *self,
                             struct hal_modbus_request *request, uint16_t *job)
 {
-    if (self->turn > self->fast_count) {
+    if (self->turn > self->fast_count + self->monitor_count) {
         self->turn = 0;
         if (request_slow(self, request, job))
             return true;
@@ -186,6 +187,11 @@ static void take_item(struct drive_modbus *self, unsigned index,
         return;
     }
     self->value[index] = modbus_map_get(item->type, item->order, reg);
+    if (item->reading > 0 && self->value[index] <= INT32_MAX &&
+        self->value[index] >= INT32_MIN)
+        (void)hal_readings_put(&self->readings,
+                               (enum hal_reading)(item->reading - 1),
+                               self->value[index] * item->milli, t_ns);
     if (index == map->position)
         drive_modbus_note_position(self, self->value[index], t_ns);
 }
@@ -279,6 +285,8 @@ static void take_good(struct drive_modbus *self, uint16_t job,
         take_block(self, &self->slow[job - JOB_SLOW], reply);
     } else if (job >= JOB_FAST) {
         take_block(self, &self->fast[job - JOB_FAST], reply);
+        if (job >= JOB_FAST + self->fast_count)
+            return;
         self->fresh = (uint8_t)(self->fresh | 1u << (job - JOB_FAST));
         self->polls++;
         if (job == JOB_FAST + self->fast_count - 1 && self->cycles < UINT8_MAX)

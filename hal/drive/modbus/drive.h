@@ -94,6 +94,7 @@
 #include "hal/drive.h"
 #include "hal/modbus/bus.h"
 #include "hal/modbus/map.h"
+#include "hal/readings.h"
 #include "hal/support/ratio.h"
 #include "hal/support/text.h"
 
@@ -142,6 +143,9 @@ struct drive_modbus_config {
     enum hal_drive_mode mode;
     const struct drive_modbus_parameter *parameter; /* outlive the drive */
     unsigned parameter_count;
+    /* 1 << enum hal_reading: those of the map that are monitored.  With any, all
+     * that the map has are read in every cycle, behind the fast blocks */
+    unsigned readings;
 };
 
 enum drive_modbus_phase {
@@ -214,6 +218,7 @@ struct drive_modbus {
     struct modbus_map_block fast[MODBUS_MAP_BLOCKS_MAX];
     struct modbus_map_block slow[MODBUS_MAP_BLOCKS_MAX];
     uint8_t fast_count, slow_count;
+    uint8_t monitor_count; /* behind the fast ones: nothing waits for these */
 
     enum drive_modbus_phase phase;
     enum hal_drive_request request;
@@ -238,6 +243,7 @@ struct drive_modbus {
 
     /* what is polled */
     int64_t value[MODBUS_MAP_ITEMS_MAX];
+    struct hal_readings readings;
     uint8_t fresh; /* fast blocks since start, one bit each */
     uint8_t turn, slow_turn, slow_wait;
     uint8_t cycles;    /* all fast blocks polled so often since the last step */

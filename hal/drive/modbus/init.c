@@ -173,6 +173,22 @@ static bool init_is_sound(const struct drive_modbus_config *config)
             config->mode == HAL_DRIVE_PROFILE_POSITION);
 }
 
+static int init_monitor(struct drive_modbus *self)
+{
+    struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX];
+    const unsigned count =
+        modbus_map_blocks(self->config.map, MODBUS_POLL_MONITOR, block);
+
+    self->readings.wanted = self->config.readings;
+    if (self->config.readings == 0)
+        return MOTION_OK;
+    if (self->fast_count + count > MODBUS_MAP_BLOCKS_MAX)
+        return MOTION_E_RANGE;
+    for (unsigned i = 0; i < count; i++)
+        self->fast[self->fast_count + self->monitor_count++] = block[i];
+    return MOTION_OK;
+}
+
 int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
                       const struct drive_modbus_config *config)
 {
@@ -209,6 +225,9 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     self->mode = drive_modbus_first_mode(config);
     self->fast_count =
         (uint8_t)modbus_map_blocks(map, MODBUS_POLL_FAST, self->fast);
+    err = init_monitor(self);
+    if (err != MOTION_OK)
+        return err;
     self->slow_count =
         (uint8_t)modbus_map_blocks(map, MODBUS_POLL_SLOW, self->slow);
     self->drive.ops = &drive_modbus_ops;

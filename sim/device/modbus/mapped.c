@@ -7,13 +7,20 @@
  * mistake in the map is a mistake in this drive as well, so it shows none. */
 #include "sim/device/modbus/parts.h"
 
+#include <math.h>
 #include <string.h>
 
+#include "hal/readings.h"
 #include "motion/core/fixed.h"
 #include "sim/util.h"
 
 #define ILLEGAL_ADDRESS 0x02
 #define ILLEGAL_VALUE   0x03
+#define DEVICE_FAILURE  0x04
+
+#define REST_DEGC 30.0
+#define SUPPLY_V  24.0
+#define MOST_A    5.0 /* at its current limit */
 
 static struct sim_modbus_servo *servo_of(struct modbus_slave *slave)
 {
@@ -74,6 +81,30 @@ static void servo_say(struct sim_modbus_servo *self,
               (value & ~condition->mask) | (bits & condition->mask));
 }
 
+/* In the unit of the reading. */
+static double servo_reading(const struct sim_modbus_servo *self,
+                            unsigned reading)
+{
+    if (reading == HAL_READING_TEMPERATURE)
+        return REST_DEGC +
+               sim_readings_warmth_degc(&self->readings, &self->plant);
+    if (reading == HAL_READING_VOLTAGE)
+        return SUPPLY_V + self->readings.more_v;
+    return MOST_A * (double)self->plant.acc_q8 / 256 /
+           (double)self->plant.config.acc_max_counts_s2;
+}
+
+static void servo_say_readings(struct sim_modbus_servo *self)
+{
+    const struct modbus_map *map = self->config.map;
+
+    for (unsigned i = 0; i < map->item_count; i++)
+        if (map->item[i].reading > 0)
+            servo_put(self, i,
+                      llround(servo_reading(self, map->item[i].reading - 1u) *
+                              1000 / map->item[i].milli));
+}
+
 static void servo_say_all(struct sim_modbus_servo *self)
 {
     const struct modbus_map *map = self->config.map;
@@ -91,6 +122,7 @@ static void servo_say_all(struct sim_modbus_servo *self)
     servo_say(self, MODBUS_STATUS_limit_negative, false);
     servo_say(self, MODBUS_STATUS_limit_positive, false);
     servo_put(self, map->position, sim_modbus_servo_reported(self));
+    servo_say_readings(self);
     if (map->alarm != MODBUS_MAP_NO_ITEM)
         servo_put(self, map->alarm, self->fault ? code : 0);
 }
@@ -314,6 +346,19 @@ static void servo_groups(struct sim_modbus_servo *self, uint16_t at,
 
 /* ---- the slave ---- */
 
+/* It has none to say just now. */
+static bool servo_misses(const struct sim_modbus_servo *self, uint32_t at,
+                         uint32_t count)
+{
+    const struct modbus_map *map = self->config.map;
+
+    for (unsigned i = 0; i < map->item_count && self->readings.missing; i++)
+        if (map->item[i].reading > 0 && map->item[i].at >= at &&
+            map->item[i].at < at + count)
+            return true;
+    return false;
+}
+
 static uint8_t servo_on_get(struct modbus_slave *slave, enum modbus_space space,
                             uint16_t address, uint16_t count, uint16_t *value)
 {
@@ -323,6 +368,8 @@ static uint8_t servo_on_get(struct modbus_slave *slave, enum modbus_space space,
 
     if (!servo_knows(self, address, count))
         return ILLEGAL_ADDRESS;
+    if (!bits && servo_misses(self, address, count))
+        return DEVICE_FAILURE;
     servo_say_all(self);
     if (bits)
         memset(value, 0, (count + 15u) / 16 * sizeof *value);

@@ -93,6 +93,7 @@ static const struct yaml_field rig_modbus_fields[] = {
     { "parameters", YAML_OPTIONAL,
       "a map of the register map's items and their values",
       modbus_read_parameters, 0 },
+    RIG_MONITOR_FIELD,
 };
 const struct yaml_shape rig_modbus_shape = { "modbus_drive", rig_modbus_fields,
                                              ARRAY_LEN(rig_modbus_fields) };
@@ -187,8 +188,25 @@ static int64_t modbus_turn_ns(const struct rig *rig, unsigned i,
 {
     const struct rig_axis *axis = &rig->axis[i];
 
-    return modbus_map_cycle_ns(&rig->map[axis->map], time,
-                               streamed || !axis->point_to_point, transactions);
+    const struct modbus_map *map = &rig->map[axis->map];
+    const int64_t cycle_ns = modbus_map_cycle_ns(
+        map, time, streamed || !axis->point_to_point, transactions);
+
+    return axis->monitor.wanted == 0
+               ? cycle_ns
+               : cycle_ns + modbus_map_monitor_ns(map, time, transactions);
+}
+
+static unsigned modbus_readings(const struct rig *rig,
+                                const struct rig_axis *axis)
+{
+    const struct modbus_map *map = &rig->map[axis->map];
+    unsigned readings = 0;
+
+    for (unsigned i = 0; i < map->item_count; i++)
+        if (map->item[i].reading > 0)
+            readings |= 1u << (map->item[i].reading - 1);
+    return readings;
 }
 
 static int64_t modbus_answer_ns(const struct rig *rig, unsigned i)
@@ -204,6 +222,7 @@ const struct rig_kind rig_kind_modbus = {
     .judge_homing = modbus_judge_homing,
     .unsupervised = modbus_unsupervised,
     .has_map = true,
+    .readings = modbus_readings,
     .turn_ns = modbus_turn_ns,
     .answer_ns = modbus_answer_ns,
 };

@@ -13,10 +13,20 @@ static int modbus_init(struct machine *machine, unsigned i)
     struct drive_modbus_config config;
 
     modbus_stream_config(rig, i, &config);
+    config.readings = rig->axis[i].monitor.wanted;
     config.takes_over = rig->bus[bus].modbus.takes_over;
     struct drive_modbus *drive = machine->drive[i];
     machine->axis[i] = &drive->drive;
     return drive_modbus_init(drive, &machine->modbus[bus], &config);
+}
+
+/* A lost transaction costs its time-out and a silence: as old as feedback. */
+static struct hal_readings *modbus_readings(struct machine *machine, unsigned i)
+{
+    struct drive_modbus *drive = machine->drive[i];
+    drive->readings.missing_ns =
+        modbus_budget_age_ns(machine->rig, machine->rig->axis[i].bus);
+    return &drive->readings;
 }
 
 static int64_t modbus_age_ns(const struct rig *rig, const struct rig_axis *axis)
@@ -46,6 +56,7 @@ const struct machine_kind machine_kind_modbus = {
     .drive_size = sizeof(struct drive_modbus),
     .sim_size = sizeof(struct sim_modbus_servo),
     .init = modbus_init,
+    .readings = modbus_readings,
     .age_ns = modbus_age_ns,
     .sim_init = modbus_sim_init,
     .sim_counts_q24 = modbus_sim_counts_q24,

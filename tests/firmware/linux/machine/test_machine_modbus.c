@@ -269,6 +269,12 @@ static const struct {
     { "order_word", "unknown order 'BACD'" },
     { "pair_beyond", "ends beyond address 0xFFFF" },
     { "position_slow", "has no position with poll: fast" },
+    { "scale_name",
+      "scale is for an item named temperature, bus_voltage or current" },
+    { "scale_polled",
+      "scale is for a register without poll, which is read where it is "
+      "monitored" },
+    { "scale_unit", "scale '1 V' is a voltage, expected" },
     { "status_not_polled", "moving uses an item without poll: fast" },
     { "step_two", "is not one of write, check, until and delay" },
     { "step_value", "value belongs to a write or a check" },
