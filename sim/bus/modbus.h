@@ -12,7 +12,7 @@
 #define SIM_BUS_MODBUS_H
 
 #include "hal/modbus/station.h"
-#include "sim/bus/modbus_way.h"
+#include "sim/bus/modbus_direction.h"
 #include "sim/world.h"
 
 struct sim_modbus_line;
@@ -61,7 +61,7 @@ struct sim_modbus_faulty {
     const struct modbus_rtu_time *time; /* of frames that come twice, with the
                                            silence between; NULL: without */
     uint64_t seed;                      /* != 0 */
-    struct sim_modbus_way from, to;
+    struct sim_modbus_direction from, to;
 };
 
 void sim_modbus_faulty_init(struct sim_modbus_faulty *self,

@@ -86,11 +86,12 @@ sim_modbus_faulty_of(const struct modbus_station *station)
 
 /* True: the bytes, spoilt perhaps, go on now. */
 static bool sim_modbus_faulty_pass(struct sim_modbus_faulty *self,
-                                   struct sim_modbus_way *way,
+                                   struct sim_modbus_direction *direction,
                                    struct sim_modbus_held *frame,
                                    int64_t now_ns)
 {
-    const enum sim_modbus_fault fault = sim_modbus_way_draw(way, &self->seed);
+    const enum sim_modbus_fault fault =
+        sim_modbus_direction_draw(direction, &self->seed);
     int64_t again_ns = 0;
 
     frame->length =
@@ -98,8 +99,8 @@ static bool sim_modbus_faulty_pass(struct sim_modbus_faulty *self,
     if (self->time != NULL)
         again_ns =
             modbus_rtu_chars_ns(self->time, frame->length) + self->time->gap_ns;
-    return sim_modbus_way_pass(way, fault, &self->seed, frame, now_ns,
-                               again_ns);
+    return sim_modbus_direction_pass(direction, fault, &self->seed, frame,
+                                     now_ns, again_ns);
 }
 
 static void sim_modbus_faulty_hand(struct sim_modbus_faulty *self,
@@ -129,8 +130,8 @@ static int64_t sim_modbus_faulty_due_ns(const struct modbus_station *station)
 {
     const struct sim_modbus_faulty *self = sim_modbus_faulty_of(station);
     const int64_t behind_ns = self->behind->ops->due_ns(self->behind);
-    const int64_t from_ns = sim_modbus_way_due_ns(&self->from);
-    const int64_t to_ns = sim_modbus_way_due_ns(&self->to);
+    const int64_t from_ns = sim_modbus_direction_due_ns(&self->from);
+    const int64_t to_ns = sim_modbus_direction_due_ns(&self->to);
     const int64_t held_ns = from_ns < to_ns ? from_ns : to_ns;
 
     return held_ns < behind_ns ? held_ns : behind_ns;
@@ -143,9 +144,9 @@ static unsigned sim_modbus_faulty_poll(struct modbus_station *station,
     struct sim_modbus_faulty *self = sim_modbus_faulty_of(station);
     struct sim_modbus_held frame = { .length = 0 };
 
-    while (sim_modbus_way_take(&self->to, now_ns, &frame))
+    while (sim_modbus_direction_take(&self->to, now_ns, &frame))
         sim_modbus_faulty_hand(self, &frame, now_ns);
-    if (!sim_modbus_way_take(&self->from, now_ns, &frame)) {
+    if (!sim_modbus_direction_take(&self->from, now_ns, &frame)) {
         frame.length =
             self->behind->ops->poll(self->behind, now_ns, frame.frame);
         if (frame.length == 0)

@@ -47,12 +47,12 @@ static void machine_fault_modbus_servo(struct machine_fault *self,
     }
 }
 
-static void machine_fault_spoil(struct sim_modbus_way *way,
+static void machine_fault_spoil(struct sim_modbus_direction *direction,
                                 enum sim_modbus_fault fault, bool begins)
 {
-    way->fault = begins ? fault : SIM_MODBUS_GOOD;
-    way->times = 0;
-    way->share_q32 = 0;
+    direction->fault = begins ? fault : SIM_MODBUS_GOOD;
+    direction->times = 0;
+    direction->share_q32 = 0;
 }
 
 void machine_fault_modbus(struct machine_fault *self,
@@ -60,10 +60,10 @@ void machine_fault_modbus(struct machine_fault *self,
                           bool begins)
 {
     struct sim_modbus_servo *servo = machine_sim_modbus_servo(self->sim, i);
-    struct sim_modbus_way *way =
+    struct sim_modbus_direction *direction =
         entry->incoming ? &servo->faulty.to : &servo->faulty.from;
 
-    if (machine_fault_impair(&way->impairment, entry, begins))
+    if (machine_fault_impair(&direction->impairment, entry, begins))
         return;
     switch (entry->kind) {
     case FAULT_CUT_CABLE:
@@ -71,12 +71,12 @@ void machine_fault_modbus(struct machine_fault *self,
         machine_fault_spoil(&servo->faulty.to, SIM_MODBUS_MUTE, begins);
         break;
     case FAULT_WRONG_ANSWER:
-        machine_fault_spoil(way, SIM_MODBUS_OTHER_UNIT, begins);
-        way->times = (unsigned)entry->value;
+        machine_fault_spoil(direction, SIM_MODBUS_OTHER_UNIT, begins);
+        direction->times = (unsigned)entry->value;
         break;
     case FAULT_NOISE:
-        machine_fault_spoil(way, SIM_MODBUS_FLIP, begins);
-        way->share_q32 = (uint64_t)entry->value;
+        machine_fault_spoil(direction, SIM_MODBUS_FLIP, begins);
+        direction->share_q32 = (uint64_t)entry->value;
         break;
     default:
         machine_fault_modbus_servo(self, entry, servo, begins);
@@ -167,8 +167,8 @@ static void machine_fault_forget(struct machine_sim *sim, unsigned bus)
             rig_kinds[sim->rig->axis[i].kind]->samples)
             continue;
         struct sim_modbus_servo *servo = sim->servo[i];
-        sim_modbus_way_forget(&servo->faulty.from);
-        sim_modbus_way_forget(&servo->faulty.to);
+        sim_modbus_direction_forget(&servo->faulty.from);
+        sim_modbus_direction_forget(&servo->faulty.to);
     }
 }
 

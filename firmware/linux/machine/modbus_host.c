@@ -151,14 +151,15 @@ static void modbus_host_spoil(enum sim_modbus_fault fault, uint8_t *frame)
 
 /* True: the frame goes on now. */
 static bool modbus_host_pass(struct sim_modbus_faulty *faulty,
-                             struct sim_modbus_way *way,
+                             struct sim_modbus_direction *direction,
                              struct sim_modbus_held *frame)
 {
-    const enum sim_modbus_fault fault = sim_modbus_way_draw(way, &faulty->seed);
+    const enum sim_modbus_fault fault =
+        sim_modbus_direction_draw(direction, &faulty->seed);
 
     modbus_host_spoil(fault, frame->frame);
-    return sim_modbus_way_pass(way, fault, &faulty->seed, frame,
-                               modbus_host_now_ns(), 0);
+    return sim_modbus_direction_pass(direction, fault, &faulty->seed, frame,
+                                     modbus_host_now_ns(), 0);
 }
 
 /* To the client that has asked, if it is still there. */
@@ -198,9 +199,9 @@ static void modbus_host_late(struct modbus_host *host)
 
         if (faulty == NULL || host->listener < 0)
             continue;
-        while (sim_modbus_way_take(&faulty->to, now_ns, &frame))
+        while (sim_modbus_direction_take(&faulty->to, now_ns, &frame))
             modbus_host_do(host, faulty, &frame);
-        while (sim_modbus_way_take(&faulty->from, now_ns, &frame))
+        while (sim_modbus_direction_take(&faulty->from, now_ns, &frame))
             modbus_host_send(host, &frame);
     }
 }

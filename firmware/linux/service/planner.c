@@ -211,8 +211,8 @@ static int approach_axis(struct service_move *move, unsigned i, int64_t pos_q32)
     const unsigned axis = move->job.rig_axis[i];
     struct service_approach *own = &move->axis[axis];
     struct motion_track *track = &own->track;
-    motion_track_init(track, own->storage, JOB_WAY_SEGMENTS, pos_q32);
-    const int any = job_way(&move->job, i, 0, track);
+    motion_track_init(track, own->storage, JOB_APPROACH_SEGMENTS, pos_q32);
+    const int any = job_approach(&move->job, i, 0, track);
     if (any <= 0)
         return any;
     move->approach.track[axis] = track;

@@ -11,14 +11,14 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-#include "firmware/host/job/job_way.h"
+#include "firmware/host/job/job_approach.h"
 #include "firmware/linux/service/loop.h"
 
 #define SERVICE_PLAN_TEXT_MAX 2048
 
 /* The way of an axis to its first key; by its drive's own profile: a goal. */
 struct service_approach {
-    struct motion_segment storage[JOB_WAY_SEGMENTS];
+    struct motion_segment storage[JOB_APPROACH_SEGMENTS];
     struct motion_track track;
     struct controller_goal goal;
 };

@@ -112,13 +112,13 @@ bool studio_plan_other_samples(const struct studio_plan *plan, uint32_t index,
 
 void studio_plan_points(const struct studio_plan *plan, struct cJSON *report);
 
-/* --- way.c --- */
+/* --- approach.c --- */
 
 /* From where every axis of the move stands, in its unit, to where it is at a time:
  * seconds of each axis, then `count` poses on the way, the first number NaN where
  * the rig has no kinematics. */
-bool studio_plan_way(const struct studio_plan *plan, const double *from,
-                     double to_s, uint32_t count, double *out);
+bool studio_plan_approach(const struct studio_plan *plan, const double *from,
+                          double to_s, uint32_t count, double *out);
 
 /* --- edit.c --- */
 

@@ -175,11 +175,11 @@ class Plan {
 
   // As the service goes there, from where each axis stands: { seconds: of each axis,
   // poses: null without kinematics }; null where that cannot be planned.
-  way(from, t, count) {
+  approach(from, t, count) {
     const { axes } = this.report;
     const at = this.#planner.bytesIn(new Uint8Array(Float64Array.from(from).buffer));
     const numbers = this.#numbers(axes.length + POSE * count, Float64Array, (out) =>
-      this.#planner.wasm.studio_plan_way(this.handle, at, t, count, out),
+      this.#planner.wasm.studio_plan_approach(this.handle, at, t, count, out),
     );
     this.#planner.wasm.release(at);
     if (numbers === null) return null;

@@ -286,7 +286,8 @@ static void tcp_begin(void)
 }
 
 /* What the server does from now on. */
-static void tcp_fault(struct sim_modbus_way from, struct sim_modbus_way to)
+static void tcp_fault(struct sim_modbus_direction from,
+                      struct sim_modbus_direction to)
 {
     pthread_mutex_lock(&bench.host.lock);
     server.from = from;
@@ -315,9 +316,9 @@ static uint64_t tcp_reconnects(void)
  * unit, twice.  The driver connects anew after each, and is right again. */
 static void tcp_frames_are_spoilt_and_recovered_from(void **state)
 {
-    const struct sim_modbus_way good = { 0 };
+    const struct sim_modbus_direction good = { 0 };
     static const struct {
-        struct sim_modbus_way way;
+        struct sim_modbus_direction way;
         int err; /* of an answer, of a request */
         int err_to;
     } rows[] = {
@@ -353,8 +354,8 @@ static void tcp_frames_are_spoilt_and_recovered_from(void **state)
         tcp_fault(good, good);
         assert_int_equal(tcp_read((uint16_t)(8 + i)), MOTION_OK);
     }
-    const struct sim_modbus_way twice = { .impairment.duplication_q32 =
-                                              UINT64_C(1) << 32 };
+    const struct sim_modbus_direction twice = { .impairment.duplication_q32 =
+                                                    UINT64_C(1) << 32 };
     for (uint16_t i = 0; i < 6; i++) { /* the second one is no answer */
         tcp_fault(twice, good);
         assert_int_equal(tcp_read(i), MOTION_OK);

@@ -341,7 +341,7 @@ static void a_cut_line_times_out_and_comes_back(void **state)
  * answer is ever another one's. */
 static void requests_meet_the_same_faults(void **state)
 {
-    struct sim_modbus_way *const to = &bench.faulty.to;
+    struct sim_modbus_direction *const to = &bench.faulty.to;
 
     (void)state;
     bench_init(&line_115200, 100000);

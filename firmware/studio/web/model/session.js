@@ -72,7 +72,7 @@ export class Session {
     this.isRippling = signal(false);
     this.inFrames = signal(kept.inFrames ?? false);
     this.compared = signal(null); // { axis, curve, samples, error }
-    this.way = signal(null); // that the machine is about to go: { poses, size, ... }
+    this.approach = signal(null); // that the machine is about to go: { poses, size, ... }
     this.tab = signal("Keys"); // that is shown
     this.notice = signal(null); // { text, isError }
     this.place = signal(null); // { line, column } that the text goes to
@@ -316,8 +316,8 @@ export class Session {
   }
 
   // From where the axes of the move stand to where they are at a time.
-  planWay(from, t, count) {
-    return this.#planner.ask("way", { from, t, count });
+  planApproach(from, t, count) {
+    return this.#planner.ask("approach", { from, t, count });
   }
 
   body(t) {

@@ -28,18 +28,18 @@ export function Fault({ machine }) {
   return html`<div class="fault" role="alert"><strong>${text}</strong> ${adviceFor(machine.faultCode.value)}</div>`;
 }
 
-// The way is shown before anything goes.
-function Way({ session, machine, way, onClose }) {
-  const longest = Math.max(0, ...way.axes.map((each) => each.seconds));
-  return html`<div class="dialog" role="dialog" aria-label=${way.title} aria-modal="false">
-    <h3>${way.title}, at a quarter of the limits</h3>
+// The approach is shown before anything goes.
+function Approach({ session, machine, approach, onClose }) {
+  const longest = Math.max(0, ...approach.axes.map((each) => each.seconds));
+  return html`<div class="dialog" role="dialog" aria-label=${approach.title} aria-modal="false">
+    <h3>${approach.title}, at a quarter of the limits</h3>
     ${
-      way.axes.length === 0
+      approach.axes.length === 0
         ? html`<p>The axes stand there already.</p>`
         : html`<table>
           <thead><tr><th>axis</th><th>from</th><th>to</th><th>in</th></tr></thead>
           <tbody>
-            ${way.axes.map(
+            ${approach.axes.map(
               (each) => html`<tr>
                 <td>${each.name}</td><td>${withUnit(each.from, each.unit)}</td>
                 <td>${withUnit(each.to, each.unit)}</td><td>${each.seconds.toFixed(1)} s</td>
@@ -48,12 +48,12 @@ function Way({ session, machine, way, onClose }) {
           </tbody>
         </table>
         <p>Each axis goes straight there; all of it takes ${longest.toFixed(1)} s.
-        ${session.way.value?.poses ? " The dashed line in Space is the path of the camera." : ""} Check that nothing is in the way.</p>`
+        ${session.approach.value?.poses ? " The dashed line in Space is the path of the camera." : ""} Check that nothing is in the way.</p>`
     }
     <div class="buttons">
       <button class="primary" onClick=${() => {
         onClose();
-        void machine.order(way.command, way.members);
+        void machine.order(approach.command, approach.members);
       }}>Go</button>
       <button onClick=${onClose}>Not now</button>
     </div>
@@ -89,23 +89,23 @@ export async function captureKey(session, machine) {
     session.say(`A key at ${t.toFixed(2)} s, from where the machine stands.`);
 }
 
-const posesOnWay = 120;
+const approachPoses = 120;
 
 // To a time of the move: what is asked before the machine goes there.
-function useWay(session, machine) {
-  const [way, setWay] = useState(null);
+function useApproach(session, machine) {
+  const [approach, setApproach] = useState(null);
   const show = async (t, title, command, members) => {
     const { value: frame } = machine.frame;
     const { value: hello } = machine.hello;
     const axes = session.axes.value;
     const from = frame && hello ? standsOf(axes, frame, hello) : null;
     if (from === null) return session.say("Where the axes stand is not known.", true);
-    const planned = await session.planWay(from, t, posesOnWay);
+    const planned = await session.planApproach(from, t, approachPoses);
     const { values } = (await session.valuesAt(t)) ?? {};
-    if (!planned.seconds || !values) return session.say("The way cannot be planned.", true);
-    session.way.value = planned;
+    if (!planned.seconds || !values) return session.say("The approach cannot be planned.", true);
+    session.approach.value = planned;
     if (planned.poses) session.tab.value = "Space";
-    setWay({
+    setApproach({
       title,
       command,
       members,
@@ -119,10 +119,10 @@ function useWay(session, machine) {
     return null;
   };
   const close = () => {
-    session.way.value = null;
-    setWay(null);
+    session.approach.value = null;
+    setApproach(null);
   };
-  return [way, show, close];
+  return [approach, show, close];
 }
 
 // Of one key that is selected, or of the playhead.
@@ -146,7 +146,7 @@ function useTarget(session) {
 }
 
 export function Transport({ session, machine }) {
-  const [way, showWay, closeWay] = useWay(session, machine);
+  const [approach, showApproach, closeApproach] = useApproach(session, machine);
   const target = useTarget(session);
   const state = machine.state.value;
   const jogging = machine.isJogging.value;
@@ -173,8 +173,8 @@ export function Transport({ session, machine }) {
         title=${isLoaded ? "The machine has this move" : "The machine has another move than the page"}>
         Load${isLoaded ? " ✓" : ""}
       </button>
-      <button onClick=${() => showWay(0, "To the start of the move", "approach", {})} disabled=${!may.approach || machine.loaded.value === null}>Go to start…</button>
-      <button onClick=${() => showWay(target.t, target.title, "go", target.members)} disabled=${!may.go || !isLoaded}
+      <button onClick=${() => showApproach(0, "To the start of the move", "approach", {})} disabled=${!may.approach || machine.loaded.value === null}>Go to start…</button>
+      <button onClick=${() => showApproach(target.t, target.title, "go", target.members)} disabled=${!may.go || !isLoaded}
         title="It is held there; Resume plays on from there">${target.label}</button>
       <button class="primary" onClick=${() => machine.play()} disabled=${!may.start || machine.loaded.value === null}>Start</button>
       <button onClick=${order("hold")} disabled=${!may.hold}>Hold</button>
@@ -185,6 +185,6 @@ export function Transport({ session, machine }) {
     <button class="switch" aria-pressed=${machine.pingPong.value} onClick=${() => (machine.pingPong.value = !machine.pingPong.value)}>Forth and back</button>
     <${Override} machine=${machine} may=${may.override} />
     <button onClick=${() => captureKey(session, machine)} disabled=${!may.capture}>Key from machine</button>
-    ${way ? html`<${Way} session=${session} machine=${machine} way=${way} onClose=${closeWay} />` : null}
+    ${approach ? html`<${Approach} session=${session} machine=${machine} approach=${approach} onClose=${closeApproach} />` : null}
   </section>`;
 }

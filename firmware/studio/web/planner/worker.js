@@ -250,9 +250,9 @@ const handlers = {
     };
   },
 
-  async way({ from, t, count }) {
-    const way = base?.report.status === "ok" ? base.way(from, t, count) : null;
-    return { ...way, size: Planner.POSE };
+  async approach({ from, t, count }) {
+    const approach = base?.report.status === "ok" ? base.approach(from, t, count) : null;
+    return { ...approach, size: Planner.POSE };
   },
 
   async body({ t }) {

@@ -102,7 +102,7 @@ export class Stage {
       new LineDashedMaterial({ color: colours.quiet, dashSize: 0.1, gapSize: 0.06 }),
     );
     this.path = new Group();
-    this.way = new Group(); // that the machine is about to go
+    this.approach = new Group(); // that the machine is about to go
     this.body = new Group(); // of the rig
     this.points = new Group(); // that can be dragged
     this.lens = new PerspectiveCamera(40, aspect, 0.05, 1000);
@@ -115,7 +115,7 @@ export class Stage {
       sun,
       this.grid,
       this.path,
-      this.way,
+      this.approach,
       this.body,
       this.points,
       this.sight,
@@ -162,17 +162,17 @@ export class Stage {
   }
 
   // Dashed; [] takes it away.
-  showWay(points) {
-    for (const each of this.way.children) each.geometry.dispose();
-    this.way.clear();
+  showApproach(points) {
+    for (const each of this.approach.children) each.geometry.dispose();
+    this.approach.clear();
     if (points.length === 0) return;
     const line = lineOf(
       points,
       new LineDashedMaterial({ color: this.colours.bad, dashSize: 0.06, gapSize: 0.04 }),
     );
     line.computeLineDistances();
-    this.way.add(line);
-    this.way.traverse((each) => each.layers.set(pictureOnly));
+    this.approach.add(line);
+    this.approach.traverse((each) => each.layers.set(pictureOnly));
   }
 
   // The rig itself: [{ isRail, points }].

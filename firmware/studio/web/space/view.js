@@ -88,13 +88,13 @@ class SpaceView {
     void this.#showBody(t);
   }
 
-  showWay(way) {
-    const poses = way?.poses ?? [];
+  showApproach(approach) {
+    const poses = approach?.poses ?? [];
     const points = Array.from(
-      { length: way?.poses ? poses.length / way.size : 0 },
-      (_, i) => poseAt(poses, way.size, i).at,
+      { length: approach?.poses ? poses.length / approach.size : 0 },
+      (_, i) => poseAt(poses, approach.size, i).at,
     );
-    this.stage.showWay(points);
+    this.stage.showApproach(points);
     this.want();
   }
 
@@ -202,7 +202,7 @@ function connect(canvas, session, machine, onEmpty, view, onRead) {
       void [session.playhead.value, machine.machineAt.value];
       space.show();
     }),
-    effect(() => space.showWay(session.way.value)),
+    effect(() => space.showApproach(session.approach.value)),
     effect(() => {
       void [session.points.value, session.point.value];
       space.showPoints();

@@ -181,7 +181,7 @@ on("where the move begins is shown before anything goes there", async (page) => 
   const dialog = page.getByRole("dialog", { name: "To the start of the move" });
   await dialog.waitFor();
   assert.match(await dialog.innerText(), /pan\s+0 deg\s+-58 deg/);
-  await picture(page, "way");
+  await picture(page, "approach");
   assert.equal((await frame(page)).state, "ready");
   await press(page, "Go");
   await state(page, "moving");
@@ -202,7 +202,7 @@ on(
     await until(page, "the space view", () => globalThis.studio.session.space?.poses);
     const [first, last, start] = await page.evaluate(async () => {
       const { session } = globalThis.studio;
-      const { poses, size } = session.way.value;
+      const { poses, size } = session.approach.value;
       const move = await session.poses(0, 1, 2);
       const at = (numbers, i) => [...numbers.subarray(i * size, i * size + 3)];
       return [at(poses, 0), at(poses, poses.length / size - 1), at(move.poses, 0)];
@@ -213,9 +213,9 @@ on(
       "there is a way",
     );
     await settle(page);
-    await picture(page, "way-in-space");
+    await picture(page, "approach-in-space");
     await press(page, "Not now");
-    assert.equal(await page.evaluate(() => globalThis.studio.session.way.value), null);
+    assert.equal(await page.evaluate(() => globalThis.studio.session.approach.value), null);
   },
   undefined,
   "jib",

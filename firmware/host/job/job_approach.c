@@ -1,18 +1,18 @@
-/* firmware/host/job/job_way.c - see job_way.h. */
-#include "firmware/host/job/job_way.h"
+/* firmware/host/job/job_approach.c - see job_approach.h. */
+#include "firmware/host/job/job_approach.h"
 
 #include "motion/curve/ease.h"
 
-#define JOB_WAY_SLOW 4 /* its share of the limits: 1/4 */
+#define JOB_APPROACH_SLOW 4 /* its share of the limits: 1/4 */
 
-int job_way(const struct job *job, unsigned axis, int64_t t_ns_q12,
-            struct motion_track *track)
+int job_approach(const struct job *job, unsigned axis, int64_t t_ns_q12,
+                 struct motion_track *track)
 {
     const struct plan_limit *limit = &job_rig_axis(job, axis)->limit;
     const struct motion_ease_limit slow = {
-        .vel_q32 = limit->vel_q32 / JOB_WAY_SLOW,
-        .acc_q32 = limit->acc_q32 / JOB_WAY_SLOW,
-        .jerk_q32 = limit->jerk_q32 / JOB_WAY_SLOW,
+        .vel_q32 = limit->vel_q32 / JOB_APPROACH_SLOW,
+        .acc_q32 = limit->acc_q32 / JOB_APPROACH_SLOW,
+        .jerk_q32 = limit->jerk_q32 / JOB_APPROACH_SLOW,
     };
     struct motion_sample there;
     struct motion_cursor cursor = { 0 };

@@ -1,5 +1,5 @@
-/* sim/bus/modbus_way.c - see modbus_way.h. */
-#include "sim/bus/modbus_way.h"
+/* sim/bus/modbus_direction.c - see modbus_direction.h. */
+#include "sim/bus/modbus_direction.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -8,8 +8,8 @@
 #define RESEND_NS     INT64_C(200000000)
 #define RESEND_MAX_NS INT64_C(25600000000)
 
-enum sim_modbus_fault sim_modbus_way_draw(struct sim_modbus_way *self,
-                                          uint64_t *seed)
+enum sim_modbus_fault
+sim_modbus_direction_draw(struct sim_modbus_direction *self, uint64_t *seed)
 {
     const enum sim_modbus_fault fault = self->fault;
 
@@ -24,7 +24,7 @@ enum sim_modbus_fault sim_modbus_way_draw(struct sim_modbus_way *self,
 
 /* The last of those that it stays behind: of its connection; NULL: none. */
 static const struct sim_modbus_held *
-way_before(const struct sim_modbus_way *self, uint32_t tag)
+direction_before(const struct sim_modbus_direction *self, uint32_t tag)
 {
     for (unsigned i = self->count; i > 0; i--)
         if (self->held[i - 1].tag == tag)
@@ -32,12 +32,12 @@ way_before(const struct sim_modbus_way *self, uint32_t tag)
     return NULL;
 }
 
-static void way_hold(struct sim_modbus_way *self,
-                     const struct sim_modbus_held *frame, int64_t due_ns)
+static void direction_hold(struct sim_modbus_direction *self,
+                           const struct sim_modbus_held *frame, int64_t due_ns)
 {
-    const struct sim_modbus_held *before = way_before(self, frame->tag);
+    const struct sim_modbus_held *before = direction_before(self, frame->tag);
 
-    if (self->count == SIM_MODBUS_WAY_HELD) {
+    if (self->count == SIM_MODBUS_DIRECTION_HELD) {
         self->lost++;
         return;
     }
@@ -48,7 +48,7 @@ static void way_hold(struct sim_modbus_way *self,
 }
 
 /* How long until it has been sent often enough; -1: for ever. */
-static int64_t way_lose(struct sim_modbus_way *self, uint64_t *seed)
+static int64_t direction_lose(struct sim_modbus_direction *self, uint64_t *seed)
 {
     int64_t late_ns = 0, wait_ns = RESEND_NS;
 
@@ -62,12 +62,13 @@ static int64_t way_lose(struct sim_modbus_way *self, uint64_t *seed)
     return late_ns;
 }
 
-bool sim_modbus_way_pass(struct sim_modbus_way *self,
-                         enum sim_modbus_fault fault, uint64_t *seed,
-                         const struct sim_modbus_held *frame, int64_t now_ns,
-                         int64_t again_ns)
+bool sim_modbus_direction_pass(struct sim_modbus_direction *self,
+                               enum sim_modbus_fault fault, uint64_t *seed,
+                               const struct sim_modbus_held *frame,
+                               int64_t now_ns, int64_t again_ns)
 {
-    int64_t late_ns = fault == SIM_MODBUS_MUTE ? -1 : way_lose(self, seed);
+    int64_t late_ns =
+        fault == SIM_MODBUS_MUTE ? -1 : direction_lose(self, seed);
 
     if (late_ns < 0)
         return false;
@@ -75,17 +76,17 @@ bool sim_modbus_way_pass(struct sim_modbus_way *self,
                (fault == SIM_MODBUS_LATE ? self->late_ns : 0);
     const bool twice =
         sim_impairment_draws(seed, self->impairment.duplication_q32);
-    const bool late = late_ns > 0 || way_before(self, frame->tag) != NULL;
+    const bool late = late_ns > 0 || direction_before(self, frame->tag) != NULL;
     self->doubled += twice;
     if (late)
-        way_hold(self, frame, now_ns + late_ns);
+        direction_hold(self, frame, now_ns + late_ns);
     if (twice)
-        way_hold(self, frame, now_ns + late_ns + again_ns);
+        direction_hold(self, frame, now_ns + late_ns + again_ns);
     return !late;
 }
 
 /* The first that is due. */
-static unsigned way_next(const struct sim_modbus_way *self)
+static unsigned direction_next(const struct sim_modbus_direction *self)
 {
     unsigned next = 0;
 
@@ -95,15 +96,16 @@ static unsigned way_next(const struct sim_modbus_way *self)
     return next;
 }
 
-int64_t sim_modbus_way_due_ns(const struct sim_modbus_way *self)
+int64_t sim_modbus_direction_due_ns(const struct sim_modbus_direction *self)
 {
-    return self->count > 0 ? self->held[way_next(self)].due_ns : INT64_MAX;
+    return self->count > 0 ? self->held[direction_next(self)].due_ns
+                           : INT64_MAX;
 }
 
-bool sim_modbus_way_take(struct sim_modbus_way *self, int64_t now_ns,
-                         struct sim_modbus_held *frame)
+bool sim_modbus_direction_take(struct sim_modbus_direction *self,
+                               int64_t now_ns, struct sim_modbus_held *frame)
 {
-    const unsigned next = way_next(self);
+    const unsigned next = direction_next(self);
 
     if (self->count == 0 || self->held[next].due_ns > now_ns)
         return false;
@@ -114,7 +116,7 @@ bool sim_modbus_way_take(struct sim_modbus_way *self, int64_t now_ns,
     return true;
 }
 
-void sim_modbus_way_forget(struct sim_modbus_way *self)
+void sim_modbus_direction_forget(struct sim_modbus_direction *self)
 {
     self->lost += self->count;
     self->count = 0;

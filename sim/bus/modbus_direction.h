@@ -1,10 +1,10 @@
-/* sim/bus/modbus_way.h - what goes wrong with frames of Modbus in one direction, a
+/* sim/bus/modbus_direction.h - what goes wrong with frames of Modbus in one direction, a
  * device's answers or the requests to it: spoilt, late, lost, twice.
  *
  * A lost segment of TCP is sent again, and what follows on its connection waits
  * for it. */
-#ifndef SIM_BUS_MODBUS_WAY_H
-#define SIM_BUS_MODBUS_WAY_H
+#ifndef SIM_BUS_MODBUS_DIRECTION_H
+#define SIM_BUS_MODBUS_DIRECTION_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -26,17 +26,17 @@ enum sim_modbus_fault {
     SIM_MODBUS_FAULTS, /* how many */
 };
 
-#define SIM_MODBUS_WAY_FRAME 260 /* of RTU or TCP */
-#define SIM_MODBUS_WAY_HELD  8   /* late frames; one more is lost */
+#define SIM_MODBUS_DIRECTION_FRAME 260 /* of RTU or TCP */
+#define SIM_MODBUS_DIRECTION_HELD  8   /* late frames; one more is lost */
 
 struct sim_modbus_held {
-    uint8_t frame[SIM_MODBUS_WAY_FRAME];
+    uint8_t frame[SIM_MODBUS_DIRECTION_FRAME];
     unsigned length;
     uint32_t tag; /* of its connection: late frames of one stay in order */
     int64_t due_ns;
 };
 
-struct sim_modbus_way {
+struct sim_modbus_direction {
     enum sim_modbus_fault fault; /* from the next frame on */
     unsigned times;              /* so many frames; 0: all */
     uint64_t share_q32;          /* so many in 2^32; 0: all */
@@ -46,25 +46,25 @@ struct sim_modbus_way {
     uint64_t spoilt, lost, doubled;
 
     /* Private from here on. */
-    struct sim_modbus_held held[SIM_MODBUS_WAY_HELD];
+    struct sim_modbus_held held[SIM_MODBUS_DIRECTION_HELD];
     unsigned count;
 };
 
 /* What happens to the next frame. */
-enum sim_modbus_fault sim_modbus_way_draw(struct sim_modbus_way *self,
-                                          uint64_t *seed);
+enum sim_modbus_fault
+sim_modbus_direction_draw(struct sim_modbus_direction *self, uint64_t *seed);
 /* True: the frame, which `fault` has spoilt already, goes on now.  again_ns: its
  * second one is so much later than it. */
-bool sim_modbus_way_pass(struct sim_modbus_way *self,
-                         enum sim_modbus_fault fault, uint64_t *seed,
-                         const struct sim_modbus_held *frame, int64_t now_ns,
-                         int64_t again_ns);
+bool sim_modbus_direction_pass(struct sim_modbus_direction *self,
+                               enum sim_modbus_fault fault, uint64_t *seed,
+                               const struct sim_modbus_held *frame,
+                               int64_t now_ns, int64_t again_ns);
 /* When the next late frame goes on; INT64_MAX: there is none. */
-int64_t sim_modbus_way_due_ns(const struct sim_modbus_way *self);
+int64_t sim_modbus_direction_due_ns(const struct sim_modbus_direction *self);
 /* It, if it is due. */
-bool sim_modbus_way_take(struct sim_modbus_way *self, int64_t now_ns,
-                         struct sim_modbus_held *frame);
+bool sim_modbus_direction_take(struct sim_modbus_direction *self,
+                               int64_t now_ns, struct sim_modbus_held *frame);
 /* Their connection is gone: what is late never comes. */
-void sim_modbus_way_forget(struct sim_modbus_way *self);
+void sim_modbus_direction_forget(struct sim_modbus_direction *self);
 
 #endif

@@ -1,0 +1,17 @@
+/* firmware/host/job/job_approach.h - from where an axis stands to a place on its track,
+ * before the move is played. */
+#ifndef FIRMWARE_HOST_JOB_JOB_APPROACH_H
+#define FIRMWARE_HOST_JOB_JOB_APPROACH_H
+
+#include "firmware/host/job/job.h"
+
+#define JOB_APPROACH_SEGMENTS 8
+
+/* At rest to where axis `axis` of the move is at `t_ns_q12`, at a quarter of its
+ * limits, onto `track`, which is empty at where the axis stands and has room for
+ * JOB_APPROACH_SEGMENTS.  1, or 0 where it stands there; as
+ * motion_ease_append_limited. */
+int job_approach(const struct job *job, unsigned axis, int64_t t_ns_q12,
+                 struct motion_track *track);
+
+#endif
