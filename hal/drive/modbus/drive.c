@@ -192,6 +192,8 @@ static void take_item(struct drive_modbus *self, unsigned index,
         (void)hal_readings_put(&self->readings,
                                (enum hal_reading)(item->reading - 1),
                                self->value[index] * item->milli, t_ns);
+    if (index == map->status[MODBUS_STATUS_homed].item)
+        drive_modbus_note_homed(self);
     if (index == map->position)
         drive_modbus_note_position(self, self->value[index], t_ns);
 }

@@ -85,6 +85,15 @@
  * the drive's own profile does the rest.  Homing is the map's sequence `home`;
  * the drive then counts from 0, and from what is asked for we.
  *
+ * `homed` may stay set from the last homing, so it counts only once it was read
+ * low after the start was confirmed.  Drives that are at home already are faster
+ * than the polls, and others never clear it: where it was not read low the drive
+ * must have stood at 0 for one second and four cycles: within a 64th of the
+ * first step where its position did not change, else within the first step, as
+ * it may stop beyond its switch.  One that has stood so long elsewhere did not
+ * home, which is a fault.  A drive that begins later than that, from 0, is not
+ * told from one that is there.
+ *
  * Motion writes that fail are never repeated as they were: the next one has a
  * new target.  No answer is believed that a motor cannot have run to: one such
  * position is left out, the second in a row is a fault. */
@@ -270,6 +279,10 @@ struct drive_modbus {
 
     enum hal_drive_homing homing;
     int64_t home_end_ns, home_q32;
+    bool home_waits; /* its start was confirmed */
+    bool home_begun; /* `homed` was read low since */
+    bool home_moved; /* the position was seen to change since */
+    int64_t home_rest_ns, home_rest_counts; /* it has stood there since */
     int64_t zero_q32; /* where the axis is when the drive counts 0 */
 
     uint16_t fault_code;

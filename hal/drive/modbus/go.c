@@ -6,7 +6,10 @@
 #include "hal/support/container_of.h"
 #include "motion/core/fixed.h"
 
-#define STAND_NS INT64_C(5000000000) /* short of its target, before a fault */
+#define STAND_NS    INT64_C(5000000000) /* short of its target, before a fault */
+#define REST_NS     INT64_C(1000000000) /* at home, with `homed` never read low */
+#define REST_CYCLES 4                   /* besides */
+#define REST_PART   64 /* of the first step: one at rest moves no more */
 
 static struct drive_modbus *go_of(struct hal_drive *drive)
 {
@@ -218,18 +221,103 @@ int drive_modbus_home(struct hal_drive *drive,
     self->homing = HAL_DRIVE_HOMING_RUNNING;
     self->home_end_ns = self->now_ns + home->timeout_ns;
     self->home_q32 = home->pos_q32;
+    self->home_waits = self->home_begun = self->home_moved = false;
+    self->home_rest_ns = self->now_ns;
+    self->home_rest_counts = self->actual_counts;
     drive_modbus_run_begin(self, MODBUS_SEQUENCE_home);
     return MOTION_OK;
 }
 
+/* What starts it has been confirmed: it waits for `homed`, or is past that. */
+static bool go_home_waits(struct drive_modbus *self)
+{
+    const struct modbus_map_step *step = drive_modbus_run_at(self);
+
+    if (step == NULL || (step->kind == MODBUS_STEP_UNTIL &&
+                         step->status == MODBUS_STATUS_homed))
+        self->home_waits = true;
+    return self->home_waits;
+}
+
+void drive_modbus_note_homed(struct drive_modbus *self)
+{
+    if (self->homing == HAL_DRIVE_HOMING_RUNNING && go_home_waits(self) &&
+        !drive_modbus_status(self, MODBUS_STATUS_homed, true))
+        self->home_begun = true;
+}
+
+static uint64_t go_rest_counts(const struct drive_modbus *self)
+{
+    return (uint64_t)self->first_step_counts / REST_PART + 1;
+}
+
+static void go_home_rest(struct drive_modbus *self)
+{
+    const bool moved =
+        motion_fixed_abs(self->actual_counts - self->home_rest_counts) >
+        go_rest_counts(self);
+
+    if (go_home_waits(self) && !moved && drive_modbus_stands(self))
+        return;
+    self->home_moved = self->home_moved || (moved && self->home_waits);
+    self->home_rest_ns = self->now_ns;
+    self->home_rest_counts = self->actual_counts;
+}
+
+static bool go_home_rests(const struct drive_modbus *self)
+{
+    return self->now_ns - self->home_rest_ns >
+           REST_NS + REST_CYCLES * self->config.cycle_ns;
+}
+
+static bool go_home_is_zero(const struct drive_modbus *self)
+{
+    const bool wide = self->home_begun || self->home_moved;
+
+    return motion_fixed_abs(self->actual_counts) <=
+           (wide ? (uint64_t)self->first_step_counts : go_rest_counts(self));
+}
+
+bool drive_modbus_is_home(const struct drive_modbus *self)
+{
+    return drive_modbus_status(self, MODBUS_STATUS_homed, true) &&
+           (self->home_begun ||
+            (self->home_waits && go_home_rests(self) && go_home_is_zero(self)));
+}
+
+/* "homed (state, 0x0B05) stays set: at 200000, not at 0" */
+static void go_home_fail(struct drive_modbus *self)
+{
+    const struct modbus_map *map = self->config.map;
+    const uint8_t homed = map->status[MODBUS_STATUS_homed].item;
+    struct hal_text text = drive_modbus_say(self, "homing ended");
+
+    if (!self->home_begun && homed != MODBUS_MAP_NO_ITEM) {
+        text = drive_modbus_say(self, "homed (");
+        hal_text_put(&text, map->item[homed].name);
+        hal_text_put(&text, ", 0x");
+        hal_text_hex(&text, map->item[homed].at, 4);
+        hal_text_put(&text, ") stays set:");
+    }
+    hal_text_put(&text, self->actual_counts < 0 ? " at -" : " at ");
+    hal_text_dec(&text, (uint32_t)motion_fixed_abs(self->actual_counts));
+    hal_text_put(&text, ", not at 0");
+    drive_modbus_latch(self);
+}
+
 static void go_home_step(struct drive_modbus *self)
 {
+    const bool set = drive_modbus_status(self, MODBUS_STATUS_homed, true);
+    const bool fresh = self->cycles >= DRIVE_MODBUS_FRESH;
+
+    go_home_rest(self);
     if (self->now_ns > self->home_end_ns) {
         go_fail(self, "not at home in time");
-    } else if (self->run.sequence == NULL &&
-               self->cycles >= DRIVE_MODBUS_FRESH &&
-               drive_modbus_stands(self) &&
-               drive_modbus_status(self, MODBUS_STATUS_homed, true)) {
+    } else if (set && fresh && go_home_rests(self) && !go_home_is_zero(self)) {
+        go_home_fail(self);
+    } else if (self->run.sequence == NULL && fresh &&
+               drive_modbus_stands(self) && drive_modbus_is_home(self) &&
+               go_home_is_zero(self)) {
         self->homing = HAL_DRIVE_HOMING_DONE;
         self->zero_q32 = self->home_q32;
     }

@@ -97,6 +97,10 @@ enum hal_drive_mode
 drive_modbus_first_mode(const struct drive_modbus_config *config);
 /* It moves by itself, or may: by its profile, or to its home. */
 bool drive_modbus_goes(const struct drive_modbus *self);
+/* `homed` was polled. */
+void drive_modbus_note_homed(struct drive_modbus *self);
+/* Is it at home by this homing, not by an earlier one? */
+bool drive_modbus_is_home(const struct drive_modbus *self);
 /* One step per tick while enabled: has it arrived, is it home? */
 void drive_modbus_go_step(struct drive_modbus *self);
 /* Everything under way ends without a word to the drive. */

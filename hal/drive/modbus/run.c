@@ -121,13 +121,22 @@ static const char *run_status_text(enum modbus_map_status status)
     return text[status];
 }
 
+/* One that homes is there by this homing. */
+static bool run_meets(const struct drive_modbus *self,
+                      const struct modbus_map_step *step)
+{
+    if (step->status == MODBUS_STATUS_homed && step->value != 0 &&
+        self->homing == HAL_DRIVE_HOMING_RUNNING)
+        return drive_modbus_is_home(self);
+    return drive_modbus_status(self, step->status, false) == (step->value != 0);
+}
+
 static int run_until(struct drive_modbus *self,
                      const struct modbus_map_step *step)
 {
     struct hal_text text;
 
-    if (self->cycles >= DRIVE_MODBUS_FRESH &&
-        drive_modbus_status(self, step->status, false) == (step->value != 0)) {
+    if (self->cycles >= DRIVE_MODBUS_FRESH && run_meets(self, step)) {
         drive_modbus_run_next(self);
         return MOTION_E_AGAIN;
     }

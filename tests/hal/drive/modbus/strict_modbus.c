@@ -90,6 +90,7 @@ static void brake(struct strict_modbus *self)
 {
     self->braking = true;
     self->homing = false;
+    self->home_ns = 0;
 }
 
 static void go_to(struct strict_modbus *self, uint32_t target, double speed,
@@ -105,22 +106,40 @@ static void go_to(struct strict_modbus *self, uint32_t target, double speed,
 }
 
 /* To its switch, by the speed and the ramp that it has been set to. */
-static void home(struct strict_modbus *self)
+static void home_begin(struct strict_modbus *self)
 {
+    self->home_ns = 0;
     if (!self->torque)
         return;
-    self->target = self->pos - HOME_AWAY;
+    if (self->homed)
+        self->homed_until_ns = self->world->now_ns + self->homed_lingers_ns;
+    self->target = self->pos - self->home_away;
     self->path_speed = self->speed;
     self->path_ramp = self->ramp;
     self->braking = self->homed = false;
     self->homing = true;
 }
 
+static void home(struct strict_modbus *self)
+{
+    if (self->torque && !self->homes_not)
+        self->home_ns = self->world->now_ns + self->home_late_ns;
+    if (self->home_ns != 0 && self->home_late_ns == 0)
+        home_begin(self);
+}
+
 static void home_reached(struct strict_modbus *self)
 {
     self->homing = false;
-    self->homed = true;
+    self->homed = self->was_homed = true;
     self->pos = self->target = 0;
+}
+
+/* Its flag: what the last homing left stays for a while. */
+static bool says_homed(const struct strict_modbus *self)
+{
+    return self->homed || (self->was_homed && self->homed_stays) ||
+           self->world->now_ns < self->homed_until_ns;
 }
 
 /* ---- Lexium 32 ---- */
@@ -196,6 +215,8 @@ static uint8_t lexium_set(struct strict_modbus *self, uint16_t at)
         return DEVICE_FAILURE;
     if (at == LX_CONTROL)
         lexium_control(self);
+    else if (at == LX_MODE && high_first(self, LX_MODE) == 6)
+        self->homed_hides = false;
     return 0;
 }
 
@@ -214,7 +235,7 @@ static void lexium_say(struct strict_modbus *self)
 
     if (!on_its_way(self))
         status |= 0x4000 | 0x0400; /* x_end, target reached */
-    if (self->homed)
+    if (says_homed(self) && !self->homed_hides)
         status |= 0x8000; /* ref_ok */
     put_high_first(self, LX_STATUS, status);
     put_high_first(self, LX_POSITION, position_of(self));
@@ -295,9 +316,9 @@ static uint8_t el7_set(struct strict_modbus *self, uint16_t at)
 static void el7_say(struct strict_modbus *self)
 {
     self->reg[EL_ALARM] = self->alarm ? 0x0E0 : 0;
-    self->reg[EL_STATE] =
-        (uint16_t)((self->alarm ? 0x04 : 0x01) |
-                   (on_its_way(self) ? 0x02 : 0x10) | (self->homed ? 0x08 : 0));
+    self->reg[EL_STATE] = (uint16_t)((self->alarm ? 0x04 : 0x01) |
+                                     (on_its_way(self) ? 0x02 : 0x10) |
+                                     (says_homed(self) ? 0x08 : 0));
     put_high_first(self, EL_POSITION, position_of(self));
 }
 
@@ -363,7 +384,7 @@ static void asda_say(struct strict_modbus *self)
         outputs |= 0x010;
     if (self->alarm)
         outputs |= 0x040;
-    if (self->homed)
+    if (says_homed(self))
         outputs |= 0x100;
     self->reg[DE_OUTPUTS] = outputs;
     self->reg[DE_ALARM] = self->alarm ? 0x001 : 0;
@@ -430,7 +451,7 @@ static void az_say(struct strict_modbus *self)
         outputs |= 0x0020; /* READY */
     if (self->alarm)
         outputs |= 0x0080;
-    if (self->homed)
+    if (says_homed(self))
         outputs |= 0x0010;
     if (on_its_way(self))
         outputs |= 0x2000;
@@ -581,6 +602,8 @@ static void strict_run(struct sim_member *member, int64_t now_ns)
         self->torque = true;
         stand(self);
     }
+    if (self->home_ns != 0 && now_ns >= self->home_ns)
+        home_begin(self);
     if (self->kind == STRICT_LEXIUM)
         lexium_loop(self);
     if (self->torque) {
@@ -630,7 +653,8 @@ void strict_modbus_reboot(struct strict_modbus *self)
 
     memset(self->reg, 0, sizeof self->reg);
     self->torque = self->enabling = self->alarm = self->stop_input = false;
-    self->homing = self->homed = self->home_input = false;
+    self->homing = self->homed = self->was_homed = self->home_input = false;
+    self->home_ns = self->homed_until_ns = 0;
     self->set_point_bit = self->reset_bit = false;
     self->vel = 0;
     set_up(self);
@@ -651,6 +675,7 @@ void strict_modbus_init(struct strict_modbus *self, struct sim_world *world,
     self->due_ns = world->now_ns + MS;
     self->speed = 200000;
     self->ramp = 2e6;
+    self->home_away = HOME_AWAY;
     self->path_ramp = self->ramp;
     self->pos = self->target = counts;
     set_up(self);

@@ -50,10 +50,16 @@ struct strict_modbus {
     enum strict_modbus_kind kind;
 
     /* what a test may set */
-    double speed, ramp;  /* its own, counts/s, counts/s2 */
-    bool refuses_motion; /* exception 4 to every set point */
-    bool refuses_off;    /* exception 4 to what would take its torque */
-    bool lies;           /* a position far away */
+    double speed, ramp;       /* its own, counts/s, counts/s2 */
+    bool refuses_motion;      /* exception 4 to every set point */
+    bool refuses_off;         /* exception 4 to what would take its torque */
+    bool lies;                /* a position far away */
+    double home_away;         /* from where homing begins to home, counts */
+    int64_t home_late_ns;     /* from the write that homes to its motion */
+    int64_t homed_lingers_ns; /* from then until its flag is clear */
+    bool homed_stays;         /* it is never cleared but by power-off */
+    bool homes_not;           /* the write that homes does nothing */
+    bool homed_hides; /* Lexium: its flag is clear until the mode is homing */
 
     /* what a test looks at */
     bool torque, fell;   /* fell: no torque and the brake open */
@@ -69,7 +75,8 @@ struct strict_modbus {
     enum strict_modbus_power power;
     bool alarm, enabling, braking, stop_input, set_point_bit, reset_bit;
     bool home_input;
-    int64_t due_ns, enabled_ns, heard_ns;
+    bool was_homed;
+    int64_t due_ns, enabled_ns, heard_ns, home_ns, homed_until_ns;
     double target, path_speed, path_ramp;
 };
 
