@@ -30,10 +30,16 @@ static int32_t monitor_milli(const struct drive_monitor *self,
     return reading == HAL_READING_CURRENT && milli < 0 ? -milli : milli;
 }
 
-static bool monitor_is_beyond(const struct drive_monitor_limit *limit,
-                              int32_t milli)
+/* Low is none while the DC link may not be charged. */
+static bool monitor_is_beyond(const struct drive_monitor *self,
+                              enum hal_reading reading,
+                              const struct drive_monitor_limit *limit)
 {
-    return milli >= limit->high_milli || milli <= limit->low_milli;
+    const int32_t milli = monitor_milli(self, reading);
+    const bool has_low =
+        self->has_power && self->readings->value[reading].t_ns > self->power_ns;
+
+    return milli >= limit->high_milli || (has_low && milli <= limit->low_milli);
 }
 
 bool drive_monitor_level(const struct drive_monitor *self,
@@ -49,8 +55,8 @@ bool drive_monitor_level(const struct drive_monitor *self,
     *level = (struct drive_monitor_level){
         .milli = milli,
         .limit_milli = limit->high_milli,
-        .is_over = monitor_is_beyond(&self->of[reading].warn, milli),
-        .is_below = !monitor_is_beyond(&self->of[reading].rest, milli),
+        .is_over = monitor_is_beyond(self, reading, &self->of[reading].warn),
+        .is_below = !monitor_is_beyond(self, reading, &self->of[reading].rest),
     };
     if (limit->low_milli != INT32_MIN &&
         (int64_t)milli - limit->low_milli < (int64_t)limit->high_milli - milli)
@@ -167,8 +173,7 @@ static bool monitor_is_at_limit(struct drive_monitor *self,
 
     if (heard_ns <= self->online_ns)
         return false; /* of before */
-    if (!monitor_is_beyond(&self->of[reading].limit,
-                           monitor_milli(self, reading))) {
+    if (!monitor_is_beyond(self, reading, &self->of[reading].limit)) {
         *over_ns = 0;
         return false;
     }
@@ -177,12 +182,24 @@ static bool monitor_is_at_limit(struct drive_monitor *self,
     return heard_ns > *over_ns;
 }
 
+static void monitor_note_power(struct drive_monitor *self,
+                               enum hal_drive_state state)
+{
+    const bool has_power =
+        state == HAL_DRIVE_ENABLED || state == HAL_DRIVE_QUICK_STOP;
+
+    if (has_power && !self->has_power)
+        self->power_ns = self->now_ns;
+    self->has_power = has_power;
+}
+
 void drive_monitor_step(struct drive_monitor *self, int64_t now_ns)
 {
     struct hal_drive_feedback feedback;
 
     self->now_ns = now_ns;
     hal_drive_feedback(self->inner, &feedback);
+    monitor_note_power(self, feedback.state);
     if (feedback.state == HAL_DRIVE_OFFLINE || !self->online) {
         self->online = feedback.state != HAL_DRIVE_OFFLINE;
         self->online_ns = now_ns;
@@ -219,8 +236,7 @@ static bool monitor_is_well(const struct drive_monitor *self)
 
         if (hal_readings_want(self->readings, reading) &&
             (monitor_is_missing(self, reading) ||
-             monitor_is_beyond(&self->of[i].limit,
-                               monitor_milli(self, reading))))
+             monitor_is_beyond(self, reading, &self->of[i].limit)))
             return false;
     }
     return true;

@@ -11,6 +11,10 @@
  * in a row, so that one spoiled answer stops nothing; both, and three periods,
  * are within 100 ms (hal/readings.h).
  *
+ * A voltage below its low limit is one with the power stage on alone, as heard
+ * since then: before, the DC link may be open or not charged yet (CiA 402-2,
+ * power drive system: high voltage may be off below Switched on).
+ *
  * A fault here is what a fault of the drive is to the controller, which stops the
  * group along the path and takes its torque then.  Meanwhile the drive follows
  * its set points as before: it is sound, and it is the path that must end.
@@ -51,7 +55,8 @@ struct drive_monitor {
         int64_t over_ns; /* of an answer at the limit; 0: the last was not */
     } of[HAL_READINGS];
     int64_t now_ns, online_ns; /* since when it is not offline */
-    bool online;
+    int64_t power_ns;          /* since when its power stage is on */
+    bool online, has_power;
     uint16_t fault_code; /* 0: none */
     char fault_text[64];
 };

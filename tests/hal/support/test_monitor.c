@@ -125,9 +125,10 @@ static void near_its_limit_is_a_level(void **state)
     for (unsigned i = 0; i < HAL_READINGS; i++)
         assert_false(
             drive_monitor_level(&monitor, (enum hal_reading)i, &level));
+    tick();
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         assert_true(hal_readings_put(&readings, rows[i].reading, rows[i].milli,
-                                     now_ns));
+                                     now_ns + 1));
         assert_true(drive_monitor_level(&monitor, rows[i].reading, &level));
         if (level.limit_milli != rows[i].limit_milli ||
             level.is_over != rows[i].is_over ||
@@ -180,6 +181,35 @@ static void each_reading_has_its_code_and_words(void **state)
         assert_int_equal(seen().fault_code, rows[i].code);
         assert_string_equal(seen().fault_text, rows[i].text);
     }
+}
+
+/* The DC link of a drive that charges it when it is switched on. */
+static void a_low_voltage_counts_with_the_power_stage_on(void **state)
+{
+    struct drive_monitor_level level;
+    (void)state;
+    assert_int_equal(begin_with(1u << HAL_READING_VOLTAGE), MOTION_OK);
+    said.state = HAL_DRIVE_OFF;
+    tick();
+    answer(HAL_READING_VOLTAGE, 3000);
+    answer(HAL_READING_VOLTAGE, 3000);
+    said.state = HAL_DRIVE_ENABLING;
+    answer(HAL_READING_VOLTAGE, 12000);
+    assert_true(drive_monitor_level(&monitor, HAL_READING_VOLTAGE, &level));
+    assert_false(level.is_over);
+    said.state = HAL_DRIVE_ENABLED;
+    tick(); /* the answer is from before */
+    answer(HAL_READING_VOLTAGE, 19000);
+    assert_int_equal(seen().state, HAL_DRIVE_ENABLED);
+    answer(HAL_READING_VOLTAGE, 19000);
+    assert_int_equal(seen().fault_code, 0x3220);
+    said.state = HAL_DRIVE_OFF;
+    answer(HAL_READING_VOLTAGE, 3000);
+    hal_drive_request(&monitor.drive, HAL_DRIVE_REQUEST_RESET);
+    assert_int_equal(seen().state, HAL_DRIVE_OFF);
+    answer(HAL_READING_VOLTAGE, 57000);
+    answer(HAL_READING_VOLTAGE, 57000); /* too high is always */
+    assert_int_equal(seen().fault_code, 0x3210);
 }
 
 static void no_answer_for_three_periods_is_a_fault(void **state)
@@ -366,6 +396,8 @@ int main(void)
         cmocka_unit_test_setup(near_its_limit_is_a_level, begin),
         cmocka_unit_test_setup(two_answers_at_the_limit_are_a_fault, begin),
         cmocka_unit_test_setup(each_reading_has_its_code_and_words, begin),
+        cmocka_unit_test_setup(a_low_voltage_counts_with_the_power_stage_on,
+                               begin),
         cmocka_unit_test_setup(no_answer_for_three_periods_is_a_fault, begin),
         cmocka_unit_test_setup(
             one_that_never_answers_is_found_after_it_is_there, begin),
