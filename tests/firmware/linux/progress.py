@@ -89,13 +89,15 @@ def percents(said, what):
     return [int(n) for n in re.findall(re.escape(what) + r" +(\d+) %", said)]
 
 
-def check_slow(slew, words, status, what="planning: camera", then=""):
-    """`then`: what may follow, and is due when it takes a second itself."""
+def check_slow(slew, words, status, what="planning: camera", then="", before=0):
+    """`then`: what may follow, and is due when it takes a second itself.  `before`:
+    how many works there are before this one."""
     ended, said, first, took = on_terminal([slew, *words])
     if ended != status:
         fail("%s: status %d" % (words, ended), said)
-    if took < 1.3 and what not in said:
-        return shown(said)  # the line is due after a second of the work alone
+    # the line is due after a second of the work alone
+    if took < 1.3 + before and what not in said:
+        return shown(said)
     if what not in said or first < 0.99:
         fail("%s: first after %.2f s" % (words, first or 0), said)
     percent = percents(said, what)
@@ -145,7 +147,7 @@ def check_keyed(slew, directory, rig):
     # 960,000 rows; a million is the most
     write = ["export", "csv", rig, keyed(directory, 160000), "--out", out,
              "--fps", "24"]
-    if check_slow(slew, write, 0, "writing: rows"):
+    if check_slow(slew, write, 0, "writing: rows", before=1):
         fail("left on the terminal", "writing")
     names = list(AXES)
     out.write_text("frame," + ",".join(names) + "\n" + "".join(
