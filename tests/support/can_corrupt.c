@@ -111,18 +111,7 @@ static void can_corrupt_take(struct can_corrupt *self,
 
 static struct can_corrupt *can_corrupt_of(struct hal_can *can)
 {
-    return CONTAINER_OF(can, struct can_corrupt, can);
-}
-
-static int can_corrupt_send(struct hal_can *can,
-                            const struct hal_can_frame *frame)
-{
-    return hal_can_send(can_corrupt_of(can)->inner, frame);
-}
-
-static int can_corrupt_flush(struct hal_can *can)
-{
-    return hal_can_flush(can_corrupt_of(can)->inner);
+    return CONTAINER_OF(can, struct can_corrupt, port.can);
 }
 
 static int can_corrupt_recv(struct hal_can *can, struct hal_can_frame *frame)
@@ -130,7 +119,7 @@ static int can_corrupt_recv(struct hal_can *can, struct hal_can_frame *frame)
     struct can_corrupt *self = can_corrupt_of(can);
 
     while (self->count < CAN_CORRUPT_HELD - 2 &&
-           hal_can_recv(self->inner, frame) == 1)
+           hal_can_recv(self->port.inner, frame) == 1)
         can_corrupt_take(self, frame);
     if (self->count == 0 || self->now_ns < self->until_ns)
         return 0;
@@ -140,29 +129,18 @@ static int can_corrupt_recv(struct hal_can *can, struct hal_can_frame *frame)
     return 1;
 }
 
-static int can_corrupt_state(struct hal_can *can)
-{
-    return hal_can_state(can_corrupt_of(can)->inner);
-}
-
-static void can_corrupt_stats(struct hal_can *can, struct hal_can_stats *stats)
-{
-    hal_can_stats(can_corrupt_of(can)->inner, stats);
-}
-
 static const struct hal_can_ops can_corrupt_ops = {
-    .send = can_corrupt_send,
-    .flush = can_corrupt_flush,
+    .send = can_behind_send,
+    .flush = can_behind_flush,
     .recv = can_corrupt_recv,
-    .state = can_corrupt_state,
-    .stats = can_corrupt_stats,
+    .state = can_behind_state,
+    .stats = can_behind_stats,
 };
 
 void can_corrupt_init(struct can_corrupt *self, struct hal_can *inner,
                       uint64_t seed)
 {
-    *self = (struct can_corrupt){ .can.ops = &can_corrupt_ops,
-                                  .inner = inner,
+    *self = (struct can_corrupt){ .port = { { &can_corrupt_ops }, inner },
                                   .seed = seed,
                                   .late_ns = 40000000 };
 }

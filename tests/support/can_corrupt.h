@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hal/can.h"
+#include "tests/support/can_behind.h"
 
 #define CAN_CORRUPT_HELD 512
 
@@ -28,7 +28,7 @@ enum can_corrupt_kind {
 };
 
 struct can_corrupt {
-    struct hal_can can, *inner;
+    struct can_behind port;
     uint64_t seed;
     unsigned one_in; /* so many frames for one that is corrupted; 0: none is */
     unsigned corrupt_at; /* or: the frame with this number, from 1, is */

@@ -113,6 +113,18 @@ static inline void service_bench_tick(struct service_bench *self)
     service_bench_serve(self);
 }
 
+/* Opened, with its drives found. */
+static inline int service_bench_ready(struct service_bench *self,
+                                      const char *rig_text)
+{
+    memset(self, 0, sizeof *self);
+    if (service_bench_open(self, rig_text) < 0)
+        return -1;
+    for (int i = 0; i < 100; i++)
+        service_bench_tick(self);
+    return 0;
+}
+
 static inline bool service_bench_plans(const struct service_bench *self)
 {
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++)

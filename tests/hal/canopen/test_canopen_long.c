@@ -11,8 +11,8 @@
 #include "tests/hal/canopen/canopen_bench.h"
 
 #include "hal/canopen/canopen.h"
-#include "hal/support/container_of.h"
 #include "sim/device/cia402/servo.h"
+#include "tests/support/can_behind.h"
 
 #define NODE  5
 #define NOTES 0x2002
@@ -34,7 +34,7 @@ enum corrupt {
 
 /* A port with a hand on it. */
 struct line {
-    struct hal_can can, *inner;
+    struct can_behind port;
     uint64_t seed;
     unsigned one_in; /* so many frames are left alone for one that is not; 0:
                         all are */
@@ -95,21 +95,11 @@ static void line_corrupt(struct line *line, struct hal_can_frame *frame)
     line_hold(line, frame);
 }
 
-static int line_send(struct hal_can *can, const struct hal_can_frame *frame)
-{
-    return hal_can_send(CONTAINER_OF(can, struct line, can)->inner, frame);
-}
-
-static int line_flush(struct hal_can *can)
-{
-    return hal_can_flush(CONTAINER_OF(can, struct line, can)->inner);
-}
-
 static int line_recv(struct hal_can *can, struct hal_can_frame *frame)
 {
-    struct line *line = CONTAINER_OF(can, struct line, can);
+    struct line *line = CONTAINER_OF(can, struct line, port.can);
 
-    while (line->count < HELD / 2 && hal_can_recv(line->inner, frame) == 1)
+    while (line->count < HELD / 2 && hal_can_recv(line->port.inner, frame) == 1)
         line_corrupt(line, frame);
     if (line->count == 0 || line->now_ns < line->until_ns)
         return 0;
@@ -119,22 +109,12 @@ static int line_recv(struct hal_can *can, struct hal_can_frame *frame)
     return 1;
 }
 
-static int line_state(struct hal_can *can)
-{
-    return hal_can_state(CONTAINER_OF(can, struct line, can)->inner);
-}
-
-static void line_stats(struct hal_can *can, struct hal_can_stats *stats)
-{
-    hal_can_stats(CONTAINER_OF(can, struct line, can)->inner, stats);
-}
-
 static const struct hal_can_ops line_ops = {
-    .send = line_send,
-    .flush = line_flush,
+    .send = can_behind_send,
+    .flush = can_behind_flush,
     .recv = line_recv,
-    .state = line_state,
-    .stats = line_stats,
+    .state = can_behind_state,
+    .stats = can_behind_stats,
 };
 
 /* ---- the bench ---- */
@@ -164,8 +144,8 @@ static int bench_setup(void **state)
     canopen_bench_wire(&b.world, &b.bus, &b.port);
     assert_int_equal(sim_cia402_init(&b.servo, &b.bus, &servo), 0);
     b.line =
-        (struct line){ .can.ops = &line_ops, .inner = &b.port.can, .seed = 77 };
-    assert_int_equal(canopen_init(&b.master, &b.line.can, &config), 0);
+        (struct line){ .port = { { &line_ops }, &b.port.can }, .seed = 77 };
+    assert_int_equal(canopen_init(&b.master, &b.line.port.can, &config), 0);
     b.node = (struct canopen_node){ .ops = &none, .id = NODE };
     assert_int_equal(canopen_add(&b.master, &b.node), 0);
     *state = &b;

@@ -39,7 +39,8 @@ static void bench_of(struct bench *b, const struct can_corrupt *before)
     can_corrupt_init(&b->corrupt, &b->port.can, before->seed);
     memcpy(b->corrupt.done, before->done, sizeof before->done);
     b->corrupt.late_ns = 25 * MS;
-    assert_int_equal(canopen_init(&b->master, &b->corrupt.can, &master), 0);
+    assert_int_equal(canopen_init(&b->master, &b->corrupt.port.can, &master),
+                     0);
     canopen_lss_init(&b->lss, &b->master);
     b->master.lss = &b->lss;
     for (unsigned i = 0; i < DEVICES; i++) {

@@ -291,15 +291,10 @@ static void disk_end(void)
 static int up(void **state)
 {
     (void)state;
-    memset(&bench, 0, sizeof bench);
     memset(&recording, 0, sizeof recording);
     memset(&tick, 0, sizeof tick);
     calls = locks = pieces = 0;
-    if (service_bench_open(&bench, rig_text) < 0)
-        return -1;
-    for (int i = 0; i < 100; i++)
-        service_bench_tick(&bench);
-    return 0;
+    return service_bench_ready(&bench, rig_text);
 }
 
 static int down(void **state)

@@ -26,13 +26,8 @@ static size_t said_length;
 static int up(void **state)
 {
     (void)state;
-    memset(&bench, 0, sizeof bench);
     said_length = 0;
-    if (service_bench_open(&bench, rig_text) < 0)
-        return -1;
-    for (int i = 0; i < 100; i++)
-        service_bench_tick(&bench);
-    return 0;
+    return service_bench_ready(&bench, rig_text);
 }
 
 static int down(void **state)

@@ -69,7 +69,8 @@ static void bench_of(struct bench *b, uint64_t seed)
     can_corrupt_init(&b->corrupt, &b->port.can, seed);
     b->corrupt.heard = heard;
     b->corrupt.context = b;
-    assert_int_equal(canopen_init(&b->master, &b->corrupt.can, &master), 0);
+    assert_int_equal(canopen_init(&b->master, &b->corrupt.port.can, &master),
+                     0);
     assert_int_equal(sim_cia402_init(&b->servo, &b->bus, &servo), 0);
     assert_int_equal(drive_cia402_init(&b->drive, &b->master, &drive), 0);
 }

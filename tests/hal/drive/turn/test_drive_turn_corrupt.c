@@ -48,7 +48,7 @@ static void setup(struct bench *b, const struct kind_turn *turn)
     sim_can_port_init(&b->port, &b->wire);
     sim_can_port_init(&b->witness, &b->wire);
     can_corrupt_init(&b->corrupt, &b->port.can, 77);
-    can_bus_init(&b->bus, &b->corrupt.can);
+    can_bus_init(&b->bus, &b->corrupt.port.can);
     b->turn = turn;
     b->corrupt.has_values = turn->has_values;
     b->drive = turn->init(&b->wire, &b->bus, KIND_WATCHED);

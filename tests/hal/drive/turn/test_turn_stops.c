@@ -241,7 +241,7 @@ static void is_taken_over(const struct kind_turn *turn)
     for (int motion = GOING; motion <= HOMING; motion++) {
         if (!moves(turn, (enum motion)motion))
             continue;
-        can_bus_init(&b.bus, &b.leaky.can);
+        can_bus_init(&b.bus, &b.leaky.port.can);
         turn->restart(&b.bus);
         for (int i = 0; i < 500 && b.seen.state != HAL_DRIVE_QUICK_STOP; i++)
             tick();

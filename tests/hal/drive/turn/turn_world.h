@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-#include "hal/support/container_of.h"
 #include "motion/core/fixed.h"
+#include "tests/support/can_behind.h"
 #include "tests/support/check.h"
 #include "tests/support/kind/kind.h"
 
@@ -15,8 +15,7 @@
 
 /* A port that loses what it is told to. */
 struct leaky_can {
-    struct hal_can can;
-    struct hal_can *behind;
+    struct can_behind port;
     bool mute, deaf;  /* the drive */
     uint32_t lost_id; /* of its frames that are lost; 0: none */
     unsigned sent;
@@ -24,7 +23,7 @@ struct leaky_can {
 
 static inline struct leaky_can *leaky_of(struct hal_can *can)
 {
-    return CONTAINER_OF(can, struct leaky_can, can);
+    return CONTAINER_OF(can, struct leaky_can, port.can);
 }
 
 static inline int leaky_send(struct hal_can *can,
@@ -33,12 +32,7 @@ static inline int leaky_send(struct hal_can *can,
     struct leaky_can *self = leaky_of(can);
 
     self->sent++;
-    return self->deaf ? MOTION_OK : hal_can_send(self->behind, frame);
-}
-
-static inline int leaky_flush(struct hal_can *can)
-{
-    return hal_can_flush(leaky_of(can)->behind);
+    return self->deaf ? MOTION_OK : can_behind_send(can, frame);
 }
 
 static inline int leaky_recv(struct hal_can *can, struct hal_can_frame *frame)
@@ -47,28 +41,18 @@ static inline int leaky_recv(struct hal_can *can, struct hal_can_frame *frame)
     int got;
 
     do
-        got = hal_can_recv(self->behind, frame);
+        got = hal_can_recv(self->port.inner, frame);
     while (got == 1 &&
            (self->mute || (self->lost_id != 0 && frame->id == self->lost_id)));
     return got;
 }
 
-static inline int leaky_state(struct hal_can *can)
-{
-    return hal_can_state(leaky_of(can)->behind);
-}
-
-static inline void leaky_stats(struct hal_can *can, struct hal_can_stats *stats)
-{
-    hal_can_stats(leaky_of(can)->behind, stats);
-}
-
 static const struct hal_can_ops leaky_ops = {
     .send = leaky_send,
-    .flush = leaky_flush,
+    .flush = can_behind_flush,
     .recv = leaky_recv,
-    .state = leaky_state,
-    .stats = leaky_stats,
+    .state = can_behind_state,
+    .stats = can_behind_stats,
 };
 
 static struct {
@@ -96,9 +80,8 @@ static inline void setup(const struct kind_turn *turn)
     assert_int_equal(sim_can_bus_init(&b.wire, &b.world, 1000000), 0);
     sim_can_port_init(&b.port, &b.wire);
     sim_can_port_init(&b.witness, &b.wire);
-    b.leaky.can.ops = &leaky_ops;
-    b.leaky.behind = &b.port.can;
-    can_bus_init(&b.bus, &b.leaky.can);
+    b.leaky.port = (struct can_behind){ { &leaky_ops }, &b.port.can };
+    can_bus_init(&b.bus, &b.leaky.port.can);
     b.drive = turn->init(&b.wire, &b.bus, KIND_PLAIN);
 }
 
