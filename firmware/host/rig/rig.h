@@ -15,7 +15,7 @@
 #include "firmware/host/base/quote.h"
 #include "firmware/host/base/units.h"
 #include "firmware/host/rig/kind.h"
-#include "firmware/host/rig/quirk_load.h"
+#include "firmware/host/rig/sim/quirk_load.h"
 #include "firmware/host/yaml/yaml_report.h"
 #include "hal/drive/cia402/drive.h"
 #include "hal/drive/modbus/drive.h"

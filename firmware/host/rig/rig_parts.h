@@ -5,14 +5,13 @@
  * per kind of value.  What can only be judged when two values are known is
  * judged where the second is read; the tables' order says which that is.
  *
- *   rig_load.c    the top of the file      rig_drive.c  axis: drive, any kind
- *   rig_bus.c     buses                    rig_sim.c    axis: sim
- *   rig_modbus.c  buses of Modbus          rig_values.c  kinds of value
- *   rig_axis.c    axes                     rig_homing.c axis: homing
- *   rig_gpio.c    gpio                    rig_kinematics.c  kinematics
- *   rig_limits.c  axis: limits, stop, following_error
- *   rig_monitor.c drive: monitor
- *   rig_shaper.c  axis: shaper            rig_kinematics.h  parts of kinematics
+ *   rig_load.c    the top of the file      rig_drive.c    axis: drive, any kind
+ *   rig_bus.c     buses                    rig_monitor.c  drive: monitor
+ *   rig_modbus.c  buses of Modbus          rig_limits.c   axis: limits, stop,
+ *   rig_axis.c    axes                                    following_error
+ *   rig_gpio.c    gpio                     rig_homing.c   axis: homing
+ *   rig_values.c  kinds of value           rig_shaper.c   axis: shaper
+ *   kinematics/   kinematics, its parts    sim/           axis: sim; payload
  *   kind.h        what a kind of drive adds: firmware/host/kind
  *
  * A reader returns 0, or -1 with the sentence written. */

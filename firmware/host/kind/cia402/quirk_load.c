@@ -1,6 +1,6 @@
 /* firmware/host/kind/cia402/quirk_load.c - see
- * firmware/host/rig/quirk_load.h. */
-#include "firmware/host/rig/quirk_load.h"
+ * firmware/host/rig/sim/quirk_load.h. */
+#include "firmware/host/rig/sim/quirk_load.h"
 
 #include <stdio.h>
 

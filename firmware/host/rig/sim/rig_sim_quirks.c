@@ -1,4 +1,4 @@
-/* firmware/host/rig/rig_sim_quirks.c - where a simulated CiA 402 drive is not as
+/* firmware/host/rig/sim/rig_sim_quirks.c - where a simulated CiA 402 drive is not as
  * slew's own: what is missing, cannot be written, or is shipped otherwise. */
 #include "firmware/host/rig/rig_parts.h"
 

@@ -1,4 +1,4 @@
-/* tests/firmware/host/rig/test_rig_kinematics.c - kinematics of rig.yaml, right
+/* tests/firmware/host/rig/kinematics/test_rig_kinematics.c - kinematics of rig.yaml, right
  * and wrong. */
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* firmware/host/rig/rig_sim_load.c - what the motor of a simulated axis turns:
+/* firmware/host/rig/sim/rig_sim_load.c - what the motor of a simulated axis turns:
  * see sim/physics/mechanics.h. */
 #include "firmware/host/rig/rig_parts.h"
 

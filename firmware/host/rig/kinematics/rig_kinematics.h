@@ -1,9 +1,9 @@
-/* firmware/host/rig/rig_kinematics.h - what the readers of kinematics: share.
+/* firmware/host/rig/kinematics/rig_kinematics.h - what the readers of kinematics: share.
  *
  *   rig_carrier.c  linear, arc, gantry, jib     rig_arm.c   arm
  *   rig_rail.c     rail                         rig_head.c  head, table, lens */
-#ifndef FIRMWARE_HOST_RIG_RIG_KINEMATICS_H
-#define FIRMWARE_HOST_RIG_RIG_KINEMATICS_H
+#ifndef FIRMWARE_HOST_RIG_KINEMATICS_RIG_KINEMATICS_H
+#define FIRMWARE_HOST_RIG_KINEMATICS_RIG_KINEMATICS_H
 
 #include "firmware/host/rig/rig_parts.h"
 

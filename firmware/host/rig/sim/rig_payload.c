@@ -1,6 +1,6 @@
-/* firmware/host/rig/rig_payload.c - what simulated axes carry or pull: see
+/* firmware/host/rig/sim/rig_payload.c - what simulated axes carry or pull: see
  * sim/physics/payload.h. */
-#include "firmware/host/rig/rig_kinematics.h"
+#include "firmware/host/rig/kinematics/rig_kinematics.h"
 
 #include <string.h>
 

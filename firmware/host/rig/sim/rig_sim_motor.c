@@ -1,4 +1,4 @@
-/* firmware/host/rig/rig_sim_motor.c - what the motor of a simulated axis can, and
+/* firmware/host/rig/sim/rig_sim_motor.c - what the motor of a simulated axis can, and
  * the loops that its drive has: see sim/physics/winding.h and loops.h. */
 #include "firmware/host/rig/rig_parts.h"
 

@@ -1,6 +1,6 @@
-/* firmware/host/rig/rig_head.c - kinematics: the head, the turntable, the motors of
+/* firmware/host/rig/kinematics/rig_head.c - kinematics: the head, the turntable, the motors of
  * the lens. */
-#include "firmware/host/rig/rig_kinematics.h"
+#include "firmware/host/rig/kinematics/rig_kinematics.h"
 
 static int rig_read_head_axis(void *reader, const struct yaml_value *value,
                               enum motion_head_axis axis)

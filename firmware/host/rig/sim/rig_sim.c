@@ -1,4 +1,4 @@
-/* firmware/host/rig/rig_sim.c - how an axis's servo behaves when it is
+/* firmware/host/rig/sim/rig_sim.c - how an axis's servo behaves when it is
  * simulated. */
 #include "firmware/host/rig/rig_parts.h"
 

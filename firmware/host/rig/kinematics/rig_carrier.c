@@ -1,6 +1,6 @@
-/* firmware/host/rig/rig_carrier.c - kinematics: linear axes, a circular rail, a
+/* firmware/host/rig/kinematics/rig_carrier.c - kinematics: linear axes, a circular rail, a
  * gantry, a jib. */
-#include "firmware/host/rig/rig_kinematics.h"
+#include "firmware/host/rig/kinematics/rig_kinematics.h"
 
 #include "motion/core/err.h"
 

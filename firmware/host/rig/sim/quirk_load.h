@@ -1,7 +1,7 @@
-/* firmware/host/rig/quirk_load.h - what a maker's CiA 402 drives do otherwise,
+/* firmware/host/rig/sim/quirk_load.h - what a maker's CiA 402 drives do otherwise,
  * from YAML files (docs/QUIRKS.md describes them). */
-#ifndef FIRMWARE_HOST_RIG_QUIRK_LOAD_H
-#define FIRMWARE_HOST_RIG_QUIRK_LOAD_H
+#ifndef FIRMWARE_HOST_RIG_SIM_QUIRK_LOAD_H
+#define FIRMWARE_HOST_RIG_SIM_QUIRK_LOAD_H
 
 #include "firmware/host/base/files.h"
 #include "hal/drive/cia402/drive.h"

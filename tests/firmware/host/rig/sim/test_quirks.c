@@ -1,4 +1,4 @@
-/* tests/firmware/host/rig/test_quirks.c - files of quirks: those that come with
+/* tests/firmware/host/rig/sim/test_quirks.c - files of quirks: those that come with
  * slew, those of a rig, wrong ones, and what slew drive info says of them. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
 #include "firmware/linux/base/disk.h"

@@ -1,8 +1,8 @@
-/* firmware/host/rig/rig_arm.c - kinematics: a serial arm by its Denavit-Hartenberg
+/* firmware/host/rig/kinematics/rig_arm.c - kinematics: a serial arm by its Denavit-Hartenberg
  * table, and the tool on its flange. */
 #include <math.h>
 
-#include "firmware/host/rig/rig_kinematics.h"
+#include "firmware/host/rig/kinematics/rig_kinematics.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/double/double_math.h"

@@ -1,9 +1,9 @@
-/* firmware/host/rig/rig_rail.c - kinematics: a rail through points.
+/* firmware/host/rig/kinematics/rig_rail.c - kinematics: a rail through points.
  *
  * The rail is the C4 spline through them (motion/plan/path/plan_space.h), so that
  * a head that turns with the carriage has no step of acceleration, and its axis is
  * the length along it. */
-#include "firmware/host/rig/rig_kinematics.h"
+#include "firmware/host/rig/kinematics/rig_kinematics.h"
 
 #include <math.h>
 

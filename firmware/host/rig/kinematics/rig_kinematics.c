@@ -1,9 +1,9 @@
-/* firmware/host/rig/rig_kinematics.c - how the axes of a rig place its camera.
+/* firmware/host/rig/kinematics/rig_kinematics.c - how the axes of a rig place its camera.
  *
  * An arm (rig_arm.c), or a carrier (rig_carrier.c, rig_rail.c), the head on it, a
  * turntable before it and the motors of its lens (rig_head.c); what they are is
  * motion/kinematics. */
-#include "firmware/host/rig/rig_kinematics.h"
+#include "firmware/host/rig/kinematics/rig_kinematics.h"
 
 #include "motion/core/err.h"
 
