@@ -192,6 +192,6 @@ bake-bounds: $(call named,bake_bounds) $(call named,speed_law)
 #---- a service beside cyclictest
 
 .PHONY: bench-latency
-## wake-ups of slewd beside cyclictest; SECONDS_LONG=20 WINDOWS=6 of each
+## wake-ups of slewd beside cyclictest; SECONDS_LONG=20 WINDOWS=6, 0: counts alone
 bench-latency: $(SLEW) $(call named,loop)
 	@$(PYTHON) tests/bench/latency.py $^ $(or $(SECONDS_LONG),20) $(or $(WINDOWS),6)
