@@ -433,6 +433,9 @@ static int anim_read_keys(struct anim_read *self)
 {
     struct import_word word;
     int found;
+    if (!self->skipped && self->curve.axis->key_count > 0)
+        return anim_fail(self,
+                         "the curve has keys already, expected them once");
     while ((found = anim_line(self, &word)) > 0) {
         if (strcmp(word.text, "}") == 0)
             return self->skipped ? 0 : anim_settle(self);
