@@ -76,3 +76,15 @@ void interrupt_listen_no_more(void)
     for (size_t i = 0; i < INTERRUPT_SIGNALS; i++)
         sigaction(interrupt_signal[i].number, &interrupt_before[i], NULL);
 }
+
+void interrupt_mask(sigset_t *before)
+{
+    sigset_t all;
+    sigfillset(&all);
+    (void)pthread_sigmask(SIG_SETMASK, &all, before);
+}
+
+void interrupt_unmask(const sigset_t *before)
+{
+    (void)pthread_sigmask(SIG_SETMASK, before, NULL);
+}

@@ -23,4 +23,9 @@ const volatile sig_atomic_t *interrupt_listen(void);
 /* As before. */
 void interrupt_listen_no_more(void);
 
+/* Signals are the main thread's: this thread sees none, nor those that it
+ * starts.  `before`: what interrupt_unmask sets again; NULL: nothing will. */
+void interrupt_mask(sigset_t *before);
+void interrupt_unmask(const sigset_t *before);
+
 #endif

@@ -466,6 +466,25 @@ void machine_trouble_text(const struct machine *machine,
                  hal_fieldbus_health_text(worst->health));
 }
 
+void machine_fault_text(const struct machine *machine,
+                        char text[MACHINE_FAULT_MAX])
+{
+    const struct controller *controller = &machine->controller;
+    const struct controller_fault_record *fault = &controller->fault;
+    char trouble[MACHINE_TROUBLE_MAX];
+    const char *words = trouble;
+    text[0] = '\0';
+    if (fault->fault == CONTROLLER_FAULT_NONE)
+        return;
+    machine_trouble_text(machine, trouble);
+    if (fault->axis >= 0)
+        words = controller->axis[fault->axis].feedback.fault_text;
+    snprintf(
+        text, MACHINE_FAULT_MAX, "%s: %s%s%s",
+        fault->axis < 0 ? "all axes" : machine->rig->axis[fault->axis].name,
+        controller_fault_text(fault->fault), words[0] != 0 ? ", " : "", words);
+}
+
 bool machine_is_at_rest(const struct machine *machine)
 {
     for (unsigned i = 0; i < machine->rig->axis_count; i++) {

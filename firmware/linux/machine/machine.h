@@ -122,6 +122,11 @@ void machine_torque_text(const struct machine *machine, unsigned axis,
 #define MACHINE_TROUBLE_MAX 64
 void machine_trouble_text(const struct machine *machine,
                           char text[MACHINE_TROUBLE_MAX]);
+/* "slide: the axis does not follow its set points, DRIVE'S WORDS", or of all axes
+ * the fault and what machine_trouble_text says; "" when there is no fault. */
+#define MACHINE_FAULT_MAX 200
+void machine_fault_text(const struct machine *machine,
+                        char text[MACHINE_FAULT_MAX]);
 /* No drive moves or follows set points any more. */
 bool machine_is_at_rest(const struct machine *machine);
 

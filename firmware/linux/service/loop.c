@@ -40,25 +40,6 @@ void service_loop_free(struct service_loop *loop)
 
 /* --- what is said --- */
 
-static void loop_fault_text(const struct machine *machine,
-                            char text[SERVICE_FAULT_MAX])
-{
-    const struct controller *controller = &machine->controller;
-    const struct controller_fault_record *fault = &controller->fault;
-    char trouble[MACHINE_TROUBLE_MAX];
-    const char *words = trouble;
-    text[0] = '\0';
-    if (fault->fault == CONTROLLER_FAULT_NONE)
-        return;
-    machine_trouble_text(machine, trouble);
-    if (fault->axis >= 0)
-        words = controller->axis[fault->axis].feedback.fault_text;
-    snprintf(
-        text, SERVICE_FAULT_MAX, "%s: %s%s%s",
-        fault->axis < 0 ? "all axes" : machine->rig->axis[fault->axis].name,
-        controller_fault_text(fault->fault), words[0] != 0 ? ", " : "", words);
-}
-
 static void loop_homing_text(const struct machine *machine,
                              char text[HOMING_TEXT_MAX])
 {
@@ -79,7 +60,7 @@ static void loop_say(struct service_loop *loop, enum service_event_kind kind)
         .count = loop->machine->controller.ticks_lost,
     };
     if (kind == SERVICE_EVENT_FAULT)
-        loop_fault_text(loop->machine, event.text);
+        machine_fault_text(loop->machine, event.text);
     if (kind == SERVICE_EVENT_HOMING)
         loop_homing_text(loop->machine, event.text);
     service_board_put(&loop->board, &event);
@@ -161,7 +142,7 @@ static void loop_publish(struct service_loop *loop)
                      controller->state != CONTROLLER_FAULT && !state->homing;
     state->reversed = controller->is_reversed;
     state->fault = controller->fault;
-    loop_fault_text(machine, state->fault_text);
+    machine_fault_text(machine, state->fault_text);
     loop_homing_text(machine, state->homing_text);
     state->homing_state = machine->homing.state;
     state->homing_axis = machine->homing.axis;

@@ -2,7 +2,6 @@
 #include "firmware/linux/service/recording.h"
 
 #include <inttypes.h>
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -10,6 +9,7 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/library/version.h"
+#include "firmware/linux/base/interrupt.h"
 #include "firmware/linux/player/run_start.h"
 #include "motion/core/err.h"
 
@@ -132,13 +132,10 @@ static void recording_end(struct service_recording *self)
     self->failed |= output_commit(&self->output) < 0;
 }
 
-/* Signals are the main thread's. */
 static void *recording_main(void *context)
 {
     struct service_recording *self = context;
-    sigset_t all;
-    sigfillset(&all);
-    (void)pthread_sigmask(SIG_SETMASK, &all, NULL);
+    interrupt_mask(NULL);
     while (self->turn == SERVICE_RECORDING_ON) {
         nanosleep(&(struct timespec){ .tv_nsec = RECORDING_LOOK_NS }, NULL);
         recording_drain(self);

@@ -215,19 +215,17 @@ static enum status service_beside(struct service *self)
     return STATUS_SYSTEM;
 }
 
-/* Signals are the main thread's: the others never see them. */
 static enum status service_live(struct service *self)
 {
-    sigset_t all, before;
+    sigset_t before;
     const volatile sig_atomic_t *interrupts = interrupt_listen();
-    sigfillset(&all);
-    (void)pthread_sigmask(SIG_SETMASK, &all, &before);
+    interrupt_mask(&before); /* for the threads that it starts */
     enum status status = service_planner(self);
     if (status == STATUS_OK)
         status = service_begin(self);
     if (status == STATUS_OK)
         status = service_beside(self);
-    (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
+    interrupt_unmask(&before);
     if (status == STATUS_OK) {
         printf("%s: %s drives, a tick of %.3f ms, socket %s\n",
                self->config->rig_path,

@@ -14,8 +14,7 @@
 
 #include "firmware/linux/machine/view.h"
 
-#define SERVICE_FAULT_MAX 200
-#define SERVICE_EVENTS    64 /* a power of 2 */
+#define SERVICE_EVENTS 64 /* a power of 2 */
 
 /* Wake-ups are counted by how late they were: by whole us below the first, by
  * so many us from there on, and those of the last and later together. */
@@ -37,7 +36,7 @@ struct service_state {
     bool starting; /* a move whose first event comes before its start, or whose
                       clock is not there yet */
     struct controller_fault_record fault;
-    char fault_text[SERVICE_FAULT_MAX]; /* "pan: the drive ...", or "" */
+    char fault_text[MACHINE_FAULT_MAX]; /* "pan: the drive ...", or "" */
     char homing_text[HOMING_TEXT_MAX];  /* why the last one failed, or "" */
     enum homing_state homing_state;
     unsigned homing_axis; /* in its turn, or that failed */
@@ -65,7 +64,7 @@ struct service_event {
     uint64_t count;
     unsigned axis; /* WARNING: of the rig */
     struct warning warning;
-    char text[SERVICE_FAULT_MAX];
+    char text[MACHINE_FAULT_MAX];
 };
 
 struct service_board {

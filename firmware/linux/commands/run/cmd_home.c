@@ -28,7 +28,7 @@ struct cmd_home {
     struct memory_pool memory;
     int failed; /* axis; -1: none */
     char why[HOMING_TEXT_MAX];
-    char fault[LIVE_FAULT_MAX];
+    char fault[MACHINE_FAULT_MAX];
 };
 
 static const char *const cmd_home_by[] = {
@@ -241,7 +241,7 @@ static void cmd_home_see(struct cmd_home *self)
     const struct homing *homing = &self->live.machine.homing;
     char why[HOMING_TEXT_MAX];
     machine_view_axes(&self->live.machine, &self->view);
-    live_fault_text(&self->live, self->fault);
+    machine_fault_text(&self->live.machine, self->fault);
     self->failed = homing->state == HOMING_FAILED ? (int)homing->axis : -1;
     if (self->failed >= 0)
         snprintf(self->why, sizeof self->why, "%s",

@@ -172,7 +172,7 @@ static void cmd_jog_reached(struct cmd_jog *self)
         &self->live.machine.controller.axis[self->want.axis];
     self->result.pos_q32 = at->feedback.pos_q32;
     self->result.homed = at->homed;
-    live_fault_text(&self->live, self->result.fault);
+    machine_fault_text(&self->live.machine, self->result.fault);
 }
 
 static void cmd_jog_report(const struct cmd_jog *self, enum status status)

@@ -26,7 +26,7 @@ struct cmd_monitor {
     struct served served;
     bool is_served;
     struct machine_view view;
-    char fault[LIVE_FAULT_MAX];
+    char fault[MACHINE_FAULT_MAX];
     int64_t start_ns, now_ns;
     int64_t every_ns, shown_ns;
     int64_t *busy_ns; /* of each bus's wire, when it was shown last */
@@ -181,7 +181,7 @@ static void monitor_look(struct cmd_monitor *self)
 {
     machine_view_axes(&self->live.machine, &self->view);
     machine_view_ports(&self->live.machine, &self->view);
-    live_fault_text(&self->live, self->fault);
+    machine_fault_text(&self->live.machine, self->fault);
     self->now_ns = self->live.now_ns;
 }
 

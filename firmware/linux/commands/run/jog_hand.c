@@ -44,7 +44,7 @@ static void jog_hand_see(struct jog_hand *hand)
     snprintf(hand->doing, sizeof hand->doing, "%s",
              hand->homing ? homing_state_text(homing->state)
                           : controller_state_text(hand->state));
-    live_fault_text(live, hand->fault);
+    machine_fault_text(&live->machine, hand->fault);
     if (hand->fault[0] == '\0' && homing->state == HOMING_FAILED)
         snprintf(hand->fault, sizeof hand->fault, "homing: %s",
                  homing_failure(homing, why));

@@ -33,9 +33,9 @@ struct jog_hand {
     int64_t now_ns;
     enum controller_state state;
     bool enabling, homing;
-    char doing[64];             /* a word for the state, or the homing's step */
-    char fault[LIVE_FAULT_MAX]; /* or why homing failed; "" */
-    struct jog_hand_axis *axis; /* of the rig; on the heap */
+    char doing[64]; /* a word for the state, or the homing's step */
+    char fault[MACHINE_FAULT_MAX]; /* or why homing failed; "" */
+    struct jog_hand_axis *axis;    /* of the rig; on the heap */
 };
 
 /* The machine of this process. */

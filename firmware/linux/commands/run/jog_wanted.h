@@ -26,7 +26,7 @@ struct jog_wanted {
 struct jog_result {
     int64_t from_q32, pos_q32, dur_ns;
     bool homed;
-    char fault[LIVE_FAULT_MAX];
+    char fault[MACHINE_FAULT_MAX];
 };
 
 /* The axis and the words after it, within the limits of the axis: STATUS_OK, or

@@ -208,24 +208,6 @@ bool live_off(struct live *live, const volatile sig_atomic_t *interrupts)
     return live_say_torque(live, "");
 }
 
-void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX])
-{
-    const struct controller *controller = &live->machine.controller;
-    const struct controller_fault_record *fault = &controller->fault;
-    char trouble[MACHINE_TROUBLE_MAX];
-    const char *words = trouble;
-    text[0] = '\0';
-    if (fault->fault == CONTROLLER_FAULT_NONE)
-        return;
-    machine_trouble_text(&live->machine, trouble);
-    if (fault->axis >= 0)
-        words = controller->axis[fault->axis].feedback.fault_text;
-    snprintf(text, LIVE_FAULT_MAX, "%s: %s%s%s",
-             fault->axis < 0 ? "all axes" : live->rig->axis[fault->axis].name,
-             controller_fault_text(fault->fault), words[0] != 0 ? ", " : "",
-             words);
-}
-
 int live_axis(const struct live *live, const char *command, const char *name)
 {
     char list[QUOTE_LIST_MAX];
@@ -287,7 +269,7 @@ static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
 static enum status live_look(struct live *live, FILE *file)
 {
     const int64_t start_ns = live->now_ns;
-    char text[LIVE_FAULT_MAX];
+    char text[MACHINE_FAULT_MAX];
     bool ok = true;
     do
         live_tick(live);
@@ -296,7 +278,7 @@ static enum status live_look(struct live *live, FILE *file)
                                          &live->machine.controller, start_ns)));
     for (unsigned i = 0; i < live->rig->axis_count; i++)
         ok &= live_look_axis(live, i, file);
-    live_fault_text(live, text); /* the e-stop */
+    machine_fault_text(&live->machine, text); /* the e-stop */
     if (text[0] == 0)
         machine_trouble_text(&live->machine, text);
     if (text[0] == 0)

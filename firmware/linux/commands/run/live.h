@@ -89,11 +89,6 @@ bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts);
  * stderr for each: a drive has not said so. */
 bool live_off(struct live *live, const volatile sig_atomic_t *interrupts);
 
-/* "slide: the axis does not follow its set points, DRIVE'S WORDS"; "" when
- * there is no fault. */
-#define LIVE_FAULT_MAX 200
-void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX]);
-
 /* Index of an axis by name; -1 with a line on stderr. */
 int live_axis(const struct live *live, const char *command, const char *name);
 
