@@ -1,6 +1,7 @@
 /* hal/drive/cia402/drive.c - what the controller asks; see drive.h. */
 #include "hal/drive/cia402/parts.h"
 
+#include "hal/support/first.h"
 #include "motion/core/fixed.h"
 
 #define LIMIT_ACTIVE 0x0800
@@ -45,24 +46,6 @@ static void drive_cia402_request(struct hal_drive *drive,
     self->state = drive_cia402_reported(self);
 }
 
-/* The first set point after enabling must be where the axis is. */
-static int drive_cia402_check_first(struct drive_cia402 *self, int64_t counts)
-{
-    int64_t step;
-
-    if (!self->first_target)
-        return MOTION_OK;
-    step = counts - self->actual_counts;
-    if (step > self->first_step_counts || step < -self->first_step_counts) {
-        drive_cia402_say(self,
-                         "first set point is too far from where the axis is");
-        drive_cia402_latch(self);
-        return MOTION_E_AWAY;
-    }
-    self->first_target = false;
-    return MOTION_OK;
-}
-
 /* Permille in the drive's sense, as far as 16 bits go. */
 static int16_t drive_cia402_torque(const struct drive_cia402 *self,
                                    int32_t permille)
@@ -76,10 +59,12 @@ static int16_t drive_cia402_torque(const struct drive_cia402 *self,
 
 static int drive_cia402_set_position(struct drive_cia402 *self, int32_t counts)
 {
-    const int err = drive_cia402_check_first(self, counts);
-
-    if (err != MOTION_OK)
-        return err;
+    if (!hal_first_fits(&self->first_target, counts - self->actual_counts,
+                        self->first_step_counts)) {
+        drive_cia402_say(self, HAL_FIRST_AWAY);
+        drive_cia402_latch(self);
+        return MOTION_E_AWAY;
+    }
     self->target_counts = counts;
     self->target_ns = self->now_ns;
     return MOTION_OK;

@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "hal/support/container_of.h"
+#include "hal/support/first.h"
 #include "motion/core/fixed.h"
 
 #define FAILURES_MAX 3
@@ -430,39 +431,24 @@ static void drive_modbus_request(struct hal_drive *drive,
     }
 }
 
-/* The first set point after enabling must be where the axis is. */
-static int check_first(struct drive_modbus *self, int64_t counts)
-{
-    const int64_t step = counts - self->actual_counts;
-
-    if (!self->first_target)
-        return MOTION_OK;
-    if (step > self->first_step_counts || step < -self->first_step_counts) {
-        drive_modbus_say(self,
-                         "first set point is too far from where the axis is");
-        drive_modbus_latch(self);
-        return MOTION_E_AWAY;
-    }
-    self->first_target = false;
-    return MOTION_OK;
-}
-
 static int drive_modbus_set_target(struct hal_drive *drive,
                                    const struct hal_drive_target *target)
 {
     struct drive_modbus *self = drive_modbus_of(drive);
     const int64_t pos_q32 = target->pos_q32 - self->zero_q32;
     const int64_t counts = hal_ratio_scale(&self->to_counts, pos_q32);
-    int err;
 
     if (!drive_modbus_fits(self, counts))
         return MOTION_E_RANGE;
     if (self->state != HAL_DRIVE_ENABLED ||
         self->mode != HAL_DRIVE_STREAM_POSITION)
         return MOTION_OK;
-    err = check_first(self, counts);
-    if (err != MOTION_OK)
-        return err;
+    if (!hal_first_fits(&self->first_target, counts - self->actual_counts,
+                        self->first_step_counts)) {
+        drive_modbus_say(self, HAL_FIRST_AWAY);
+        drive_modbus_latch(self);
+        return MOTION_E_AWAY;
+    }
     self->target = *target;
     self->target.pos_q32 = pos_q32;
     self->target_ns = self->now_ns;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "hal/support/container_of.h"
+#include "hal/support/first.h"
 #include "motion/core/fixed.h"
 
 #define NS_PER_S INT64_C(1000000000)
@@ -135,23 +136,6 @@ static void drive_turn_request(struct hal_drive *drive,
 
 /* ---- set points ---- */
 
-/* The first set point after enabling must be where the axis is. */
-static int check_first(struct drive_turn *self, int64_t pos_q32)
-{
-    int64_t step_q32 = pos_q32 - self->actual_q32; /* both small */
-
-    if (!self->first_target)
-        return MOTION_OK;
-    if (step_q32 > self->first_step_q32 || step_q32 < -self->first_step_q32) {
-        drive_turn_say(self,
-                       "first set point is too far from where the axis is");
-        drive_turn_latch(self);
-        return MOTION_E_AWAY;
-    }
-    self->first_target = false;
-    return MOTION_OK;
-}
-
 static bool is_reachable(int64_t pos_q32)
 {
     return pos_q32 <= MAX_Q32 && pos_q32 >= -MAX_Q32;
@@ -162,16 +146,18 @@ static int drive_turn_set_target(struct hal_drive *drive,
 {
     struct drive_turn *self = drive_turn_of(drive);
     const int64_t pos_q32 = hal_ratio_scale(&self->to_turns, target->pos_q32);
-    int err;
 
     if (!is_reachable(pos_q32))
         return MOTION_E_RANGE;
     if (self->state != HAL_DRIVE_ENABLED ||
         self->mode != HAL_DRIVE_STREAM_POSITION)
         return MOTION_OK;
-    err = check_first(self, pos_q32);
-    if (err != MOTION_OK)
-        return err;
+    if (!hal_first_fits(&self->first_target, pos_q32 - self->actual_q32,
+                        self->first_step_q32)) { /* both small */
+        drive_turn_say(self, HAL_FIRST_AWAY);
+        drive_turn_latch(self);
+        return MOTION_E_AWAY;
+    }
     self->target_q32 = pos_q32;
     self->target_vel_q32 = hal_ratio_scale(&self->to_turns, target->vel_q32);
     if (self->config.rated_torque_mnm > 0)
