@@ -3,6 +3,7 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/curve/times.h"
 
 #define BAKE_PLACES   5 /* both ends and three between them */
 #define BAKE_SHORTEST (1000 * MOTION_FIXED_NS_Q12)
@@ -25,11 +26,6 @@ struct bake {
     struct bake_place place[BAKE_PLACES]; /* of the present segment */
     int64_t shortest;
 };
-
-static struct motion_real bake_times(struct motion_real a, int64_t k)
-{
-    return motion_real_mul(a, motion_real_int(k));
-}
 
 /* motion_real_add drops what is smaller by 2^62: this does not matter here. */
 static struct motion_bake_point bake_minus(struct motion_bake_point a,
@@ -115,7 +111,7 @@ bake_residual(const struct motion_bake_point *a,
     bake_bernstein(a, b, h, o);
     /* to powers: c_k = binomial_k * kth difference */
     for (int k = 0; k < 6; k++) {
-        c[k] = bake_times(o[0], binomial[k]);
+        c[k] = curve_times(o[0], binomial[k]);
         for (int i = 0; i < 5 - k; i++)
             o[i] = motion_real_sub(o[i + 1], o[i]);
     }
@@ -132,7 +128,7 @@ static void bake_raise(struct motion_bake_bound *rest,
     const struct motion_real p = motion_real_abs(residual->pos);
     const struct motion_real v = motion_real_div(motion_real_scale(p, 2), h);
     const struct motion_real a =
-        motion_real_div(bake_times(p, 24), motion_real_sqr(h));
+        motion_real_div(curve_times(p, 24), motion_real_sqr(h));
 
     rest->pos = motion_real_max(rest->pos, p);
     rest->vel = motion_real_max(rest->vel, bake_larger(v, residual->vel));
@@ -189,7 +185,7 @@ static bool bake_fits(struct motion_real bound, struct motion_real allowed,
     struct motion_real grown = motion_real_twice(bound);
 
     for (int i = 0; i < order; i++)
-        grown = motion_real_scale(bake_times(grown, n), -4);
+        grown = motion_real_scale(curve_times(grown, n), -4);
     return motion_real_cmp(grown, allowed) <= 0;
 }
 

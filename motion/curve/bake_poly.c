@@ -92,9 +92,9 @@ static struct motion_real bake_sixth(const struct motion_bake_poly *poly,
         const int falling = k * (k - 1) * (k - 2) * (k - 3) * (k - 4) * (k - 5);
         sum =
             motion_real_add(motion_real_mul(sum, half),
-                            spline_times(motion_real_abs(local.c[k]), falling));
+                            curve_times(motion_real_abs(local.c[k]), falling));
     }
-    return motion_real_div(spline_times(sum, 101), motion_real_int(100));
+    return motion_real_div(curve_times(sum, 101), motion_real_int(100));
 }
 
 /* What the quintic over from .. to misses, p, v, a. */

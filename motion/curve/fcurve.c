@@ -196,9 +196,9 @@ static int fcurve_repeat(const struct motion_fcurve *curve,
     if (lap->offset)
         value->pos = motion_real_add(
             value->pos,
-            fcurve_times(fcurve_difference(last->at.pos_q32,
-                                           curve->key[0].at.pos_q32, 32),
-                         lap->number));
+            curve_times(fcurve_difference(last->at.pos_q32,
+                                          curve->key[0].at.pos_q32, 32),
+                        lap->number));
     return MOTION_OK;
 }
 

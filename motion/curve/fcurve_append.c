@@ -154,7 +154,7 @@ static struct motion_real fcurve_sum(const struct motion_real term[5],
     struct motion_real sum = motion_real_zero();
 
     for (int i = 0; i < 5; i++)
-        sum = motion_real_add(sum, fcurve_times(term[i], factor[i]));
+        sum = motion_real_add(sum, curve_times(term[i], factor[i]));
     return sum;
 }
 
@@ -231,7 +231,7 @@ void fcurve_add_residual(const struct fcurve_piece *piece, int64_t t,
     point->pos = motion_real_add(point->pos, motion_real_mul(past, slant));
     point->vel = motion_real_add(
         point->vel,
-        motion_real_div(fcurve_times(slant, MOTION_FIXED_S_Q12), dur));
+        motion_real_div(curve_times(slant, MOTION_FIXED_S_Q12), dur));
 }
 
 static int fcurve_source(void *context, int64_t t, enum motion_bake_side side,

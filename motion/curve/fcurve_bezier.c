@@ -44,11 +44,11 @@ static struct fcurve_cubic bezier_powers(struct motion_real p1,
                                          struct motion_real end)
 {
     return (struct fcurve_cubic){
-        fcurve_times(p1, 3),
-        fcurve_times(
+        curve_times(p1, 3),
+        curve_times(
             motion_real_sub(motion_real_sub(end, p2), motion_real_twice(p1)),
             3),
-        motion_real_sub(fcurve_times(motion_real_add(p1, p2), 3),
+        motion_real_sub(curve_times(motion_real_add(p1, p2), 3),
                         motion_real_twice(end)),
     };
 }
@@ -211,8 +211,8 @@ struct fcurve_jet fcurve_bezier_jet(const struct fcurve_bezier *z,
     struct fcurve_jet jet = { .f = y.f };
 
     if (x.d.m <= 0 || x.d.e < -61 - 50)
-        return bezier_standing(&x, &y, fcurve_times(z->x.c3, 6),
-                               fcurve_times(z->y.c3, 6));
+        return bezier_standing(&x, &y, curve_times(z->x.c3, 6),
+                               curve_times(z->y.c3, 6));
     jet.d = motion_real_div(y.d, x.d);
     jet.dd = motion_real_sub(y.dd, motion_real_mul(jet.d, x.dd));
     jet.dd = motion_real_div(jet.dd, motion_real_sqr(x.d));

@@ -44,9 +44,9 @@ static struct fcurve_jet ease_power(const struct motion_fcurve_key *key,
 
     for (int i = 2; i < n; i++)
         low = motion_real_mul(low, at->y);
-    jet.dd = fcurve_times(low, n * (n - 1));
+    jet.dd = curve_times(low, n * (n - 1));
     low = motion_real_mul(low, at->y);
-    jet.d = fcurve_times(low, n);
+    jet.d = curve_times(low, n);
     jet.f = motion_real_mul(low, at->y);
     return ease_scale(jet, at->change);
 }
@@ -71,12 +71,12 @@ static struct fcurve_jet ease_sine(const struct motion_fcurve_key *key,
 /* 2^(10 (y - 1)) and the factor of its derivative. */
 static struct motion_real ease_exp(const struct ease_at *at)
 {
-    return motion_elementary_exp2(fcurve_times(at->rest, -10));
+    return motion_elementary_exp2(curve_times(at->rest, -10));
 }
 
 static struct motion_real ease_exp_rate(void)
 {
-    return fcurve_times(motion_elementary_ln2(), 10);
+    return curve_times(motion_elementary_ln2(), 10);
 }
 
 /* (2^(10 (y-1)) - 2^-10) / (1 - 2^-10) */
@@ -124,12 +124,12 @@ static struct fcurve_jet ease_back(const struct motion_fcurve_key *key,
     struct fcurve_jet jet = { 0 };
 
     if (at->halves)
-        o = fcurve_over(fcurve_times(o, 1525), 1000);
+        o = fcurve_over(curve_times(o, 1525), 1000);
     o1 = motion_real_add(o, ease_one());
-    jet.dd = motion_real_sub(motion_real_mul(fcurve_times(o1, 6), at->y),
+    jet.dd = motion_real_sub(motion_real_mul(curve_times(o1, 6), at->y),
                              motion_real_twice(o));
     jet.d = motion_real_mul(
-        at->y, motion_real_sub(motion_real_mul(fcurve_times(o1, 3), at->y),
+        at->y, motion_real_sub(motion_real_mul(curve_times(o1, 3), at->y),
                                motion_real_twice(o)));
     jet.f = motion_real_mul(motion_real_sqr(at->y),
                             motion_real_sub(motion_real_mul(o1, at->y), o));
@@ -156,7 +156,7 @@ static struct fcurve_jet ease_bounce(const struct motion_fcurve_key *key,
 
     (void)key;
     while (i < EASE_BOUNCES - 1 &&
-           motion_real_cmp(fcurve_times(at->inside, 11),
+           motion_real_cmp(curve_times(at->inside, 11),
                            fcurve_whole(ease_bounces[i].end_11)) >= 0)
         i++;
     z = motion_real_sub(
@@ -191,9 +191,9 @@ static struct ease_spring ease_spring(const struct motion_fcurve_key *key,
 
     if (key->period_ns_q12 == 0)
         period =
-            fcurve_over(fcurve_times(fcurve_whole(dur), halves ? 45 : 30), 100);
+            fcurve_over(curve_times(fcurve_whole(dur), halves ? 45 : 30), 100);
     spring.per_quarter =
-        motion_real_div(fcurve_times(fcurve_whole(dur), 4), period);
+        motion_real_div(curve_times(fcurve_whole(dur), 4), period);
     spring.swing = amplitude;
     if (motion_real_cmp(amplitude, size) >= 0) {
         if (!motion_real_is_zero(amplitude))

@@ -163,10 +163,10 @@ static void fcurve_reach(const struct motion_fcurve *curve,
         *right = fcurve_over(*right, 3);
         return;
     }
-    *left = motion_real_min(*left, fcurve_times(*right, 5));
-    *right = motion_real_min(*right, fcurve_times(*left, 5));
-    *left = fcurve_over(fcurve_times(*left, FCURVE_REACH_OF), FCURVE_REACH);
-    *right = fcurve_over(fcurve_times(*right, FCURVE_REACH_OF), FCURVE_REACH);
+    *left = motion_real_min(*left, curve_times(*right, 5));
+    *right = motion_real_min(*right, curve_times(*left, 5));
+    *left = fcurve_over(curve_times(*left, FCURVE_REACH_OF), FCURVE_REACH);
+    *right = fcurve_over(curve_times(*right, FCURVE_REACH_OF), FCURVE_REACH);
 }
 
 /* A key that is not between its neighbours' values, or level with one. */

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "motion/curve/fcurve.h"
+#include "motion/curve/times.h"
 #include "motion/number/real.h"
 
 /* Latest key and latest time; any difference of two is below 2^62. */
@@ -23,11 +24,6 @@ struct fcurve_jet {
 static inline struct motion_real fcurve_whole(int64_t a)
 {
     return motion_real_int(a);
-}
-
-static inline struct motion_real fcurve_times(struct motion_real a, int64_t k)
-{
-    return motion_real_mul(a, motion_real_int(k));
 }
 
 static inline struct motion_real fcurve_over(struct motion_real a, int64_t k)

@@ -106,7 +106,7 @@ static void fcurve_measure(struct fcurve_run *run)
                            &key[fcurve_leaving(run, i - 1)].at);
 
             w[i].span = chord.t;
-            w[i].chord = motion_real_div(fcurve_times(chord.pos, 3), chord.t);
+            w[i].chord = motion_real_div(curve_times(chord.pos, 3), chord.t);
             if (fcurve_is_clamped(run, i - 1))
                 fcurve_limit(&w[i - 1], w[i].chord);
             if (fcurve_is_clamped(run, i))
@@ -130,7 +130,7 @@ static struct motion_real fcurve_stay(struct fcurve_offset handle,
 {
     struct motion_real x = motion_real_abs(handle.t);
     struct motion_real rise = handle.pos;
-    const struct motion_real margin = fcurve_over(fcurve_times(span, 2), 3);
+    const struct motion_real margin = fcurve_over(curve_times(span, 2), 3);
 
     if (motion_real_cmp(x, margin) > 0) {
         /* it and the neighbour's third do not fit: shortened towards that */
@@ -140,9 +140,9 @@ static struct motion_real fcurve_stay(struct fcurve_offset handle,
         x = motion_real_mul(x, by);
         rise = motion_real_mul(rise, by);
     }
-    x = motion_real_div(fcurve_times(x, 3), span);
+    x = motion_real_div(curve_times(x, 3), span);
     *bend = motion_real_sub(fcurve_whole(1), x);
-    return motion_real_div(fcurve_times(rise, 3), span);
+    return motion_real_div(curve_times(rise, 3), span);
 }
 
 static void fcurve_hold(struct motion_fcurve_work *w, struct motion_real slope)

@@ -148,7 +148,7 @@ static struct motion_real spline_one_sided(const struct spline_edge *edge,
 static struct motion_real spline_natural(const struct spline_edge *edge)
 {
     return motion_real_half(
-        motion_real_sub(spline_times(spline_chord(edge->span).vel, 3),
+        motion_real_sub(curve_times(spline_chord(edge->span).vel, 3),
                         spline_read(edge->neighbour->vel)));
 }
 

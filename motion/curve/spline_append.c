@@ -13,8 +13,8 @@ struct spline_poly spline_cubic(struct motion_real displacement,
     struct spline_poly poly = { .degree = 3 };
 
     poly.c[1] = a;
-    poly.c[2] = motion_real_sub(spline_times(displacement, 3),
-                                motion_real_add(ends, a));
+    poly.c[2] =
+        motion_real_sub(curve_times(displacement, 3), motion_real_add(ends, a));
     poly.c[3] = motion_real_sub(ends, motion_real_twice(displacement));
     return poly;
 }
@@ -27,7 +27,7 @@ static struct motion_real spline_weigh(const struct motion_real given[5],
 
     for (int i = 0; i < 5; i++)
         if (weight[i])
-            sum = motion_real_add(sum, spline_times(given[i], weight[i]));
+            sum = motion_real_add(sum, curve_times(given[i], weight[i]));
     return sum;
 }
 
@@ -170,7 +170,7 @@ static void spline_birkhoff_row(struct spline_birkhoff *b, int i, int order,
 {
     for (int k = 1; k <= b->degree; k++)
         value = motion_real_sub(
-            value, spline_times(b->poly.c[k], spline_slope(k, order)));
+            value, curve_times(b->poly.c[k], spline_slope(k, order)));
     for (int n = 0; n < b->unknown; n++)
         b->row[i][n] = motion_real_int(spline_slope(b->of[n], order));
     b->row[i][b->unknown] = value;

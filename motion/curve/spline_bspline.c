@@ -179,8 +179,8 @@ static int bspline_append_span(struct motion_track *track,
         slope[n] = motion_real_sub(p[n + 1], p[n]);
     end = ends ? (struct motion_u128){ (uint64_t)key[1].pos_q32, 0 }
                : spline_fixed(key[0].pos_q32, p[3]);
-    poly.c[1] = spline_times(slope[0], 3);
-    poly.c[2] = spline_times(motion_real_sub(slope[1], slope[0]), 3);
+    poly.c[1] = curve_times(slope[0], 3);
+    poly.c[2] = curve_times(motion_real_sub(slope[1], slope[0]), 3);
     poly.c[3] = motion_real_add(
         motion_real_sub(slope[2], motion_real_twice(slope[1])), slope[0]);
     return spline_emit(track, key[1].t_ns_q12 - key[0].t_ns_q12, &poly,

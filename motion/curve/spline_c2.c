@@ -27,9 +27,9 @@ static struct c2_row c2_join(struct spline_chord before,
         after.dur,
         motion_real_twice(motion_real_add(before.dur, after.dur)),
         before.dur,
-        spline_times(motion_real_add(motion_real_mul(after.dur, before.vel),
-                                     motion_real_mul(before.dur, after.vel)),
-                     3),
+        curve_times(motion_real_add(motion_real_mul(after.dur, before.vel),
+                                    motion_real_mul(before.dur, after.vel)),
+                    3),
     };
 }
 
@@ -94,8 +94,8 @@ static struct c2_row c2_bent(const struct c2_end *end, struct motion_real acc)
         one,
         motion_real_int(2),
         one,
-        motion_real_sub(spline_times(end->outer.vel, 3),
-                        spline_times(bend, end->displacement)),
+        motion_real_sub(curve_times(end->outer.vel, 3),
+                        curve_times(bend, end->displacement)),
     };
 }
 

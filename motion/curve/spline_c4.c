@@ -133,8 +133,8 @@ static struct c4_side c4_macro_side(const struct motion_key *here, int step)
     for (int n = 0; n < 5; n++)
         side.third.of[n] = side.fourth.of[n] = motion_real_zero();
     for (int n = 0; n < 3; n++) {
-        side.third.of[n] = spline_times(macro.c[0][n], 6);
-        side.fourth.of[n] = spline_times(macro.c[1][n], 24);
+        side.third.of[n] = curve_times(macro.c[0][n], 6);
+        side.fourth.of[n] = curve_times(macro.c[1][n], 24);
     }
     return side;
 }
@@ -157,10 +157,10 @@ static void c4_macro_fill(struct motion_key *here, int step)
         for (int k = 5; k >= 1; k--) {
             there->acc = motion_real_mul(there->acc, macro.s[j]);
             there->vel = motion_real_mul(there->vel, macro.s[j]);
-            there->vel = motion_real_add(there->vel, spline_times(c[k], k));
+            there->vel = motion_real_add(there->vel, curve_times(c[k], k));
             if (k >= 2)
-                there->acc = motion_real_add(there->acc,
-                                             spline_times(c[k], k * (k - 1)));
+                there->acc =
+                    motion_real_add(there->acc, curve_times(c[k], k * (k - 1)));
         }
         /* the acceleration has one power less: its last step was one too
          * many */

@@ -8,6 +8,7 @@
 #include "motion/core/fixed.h"
 #include "motion/core/track.h"
 #include "motion/curve/spline.h"
+#include "motion/curve/times.h"
 #include "motion/number/real.h"
 
 #define SPLINE_DEGREE MOTION_TRACK_DEGREE
@@ -27,12 +28,6 @@ struct spline_chord {
 static inline struct motion_real spline_read(struct motion_real a)
 {
     return a.m ? a : motion_real_zero();
-}
-
-/* a * n for small n. */
-static inline struct motion_real spline_times(struct motion_real a, int n)
-{
-    return motion_real_mul(a, motion_real_int(n));
 }
 
 /* b - a of two positions, in units. */

@@ -158,7 +158,7 @@ int motion_spline_lagrange_velocities(const struct motion_key *key,
     poly = lagrange_span_poly(&l, count - 2);
     *last = motion_real_zero();
     for (int k = 1; k <= poly.degree; k++)
-        *last = motion_real_add(*last, spline_times(poly.c[k], k));
+        *last = motion_real_add(*last, curve_times(poly.c[k], k));
     *last = motion_real_div(*last, lagrange_time(&l, count - 2, count - 1));
     return MOTION_OK;
 }

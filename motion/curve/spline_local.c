@@ -51,7 +51,7 @@ static struct motion_real local_harmonic_end(struct spline_chord outer,
                                              struct spline_chord inner)
 {
     const struct motion_real vel = spline_parabola_end(outer, inner);
-    const struct motion_real most = spline_times(outer.vel, 3);
+    const struct motion_real most = curve_times(outer.vel, 3);
 
     if (motion_real_sign(vel) != motion_real_sign(outer.vel))
         return motion_real_zero();
@@ -116,7 +116,7 @@ static struct motion_real local_chord(const struct motion_key *key, int64_t i,
         return spline_chord(&key[i - 1]).vel;
     }
     return motion_real_add(
-        outer, spline_times(motion_real_sub(outer, inner), (int)beyond));
+        outer, curve_times(motion_real_sub(outer, inner), (int)beyond));
 }
 
 struct local_akima {
@@ -181,7 +181,7 @@ int motion_spline_akima(struct motion_key *key, uint32_t count,
 static struct motion_real local_limit(struct motion_real vel,
                                       struct motion_real chord)
 {
-    const struct motion_real most = spline_times(chord, 3);
+    const struct motion_real most = curve_times(chord, 3);
 
     if (motion_real_sign(vel) != motion_real_sign(chord))
         return motion_real_zero();
@@ -260,9 +260,9 @@ static struct motion_real local_kochanek_vel(const struct local_kochanek *kb,
     if (rule == MOTION_SPLINE_ONE_SIDED || local_kochanek_is_end(kb, next))
         return motion_real_mul(kb->less, chord);
     return motion_real_half(motion_real_sub(
-        spline_times(chord, 3), kb->key[next].has_vel
-                                    ? spline_read(kb->key[next].vel)
-                                    : local_kochanek_inner(kb, next, i != 0)));
+        curve_times(chord, 3), kb->key[next].has_vel
+                                   ? spline_read(kb->key[next].vel)
+                                   : local_kochanek_inner(kb, next, i != 0)));
 }
 
 static int local_kochanek_span(struct motion_track *track,

@@ -104,7 +104,7 @@ static struct warp_roots warp_roots(const struct motion_bake_poly *poly, int n)
             int falling = 1;
             for (int i = 0; i < order; i++)
                 falling *= k + order - i;
-            c[k] = spline_times(poly->c[k + order], falling);
+            c[k] = curve_times(poly->c[k + order], falling);
         }
         for (int i = 0; i + 1 < above.count; i++)
             if (warp_halve(c, degree, above.u[i], above.u[i + 1],
@@ -537,7 +537,7 @@ void motion_time_warp_state(const struct motion_track *f,
     w3 = motion_real_div(motion_real_from_q(at.jerk_q32, 32), k);
     jerk = motion_real_mul(j, motion_real_mul(w1, motion_real_sqr(w1)));
     jerk = motion_real_add(
-        jerk, spline_times(motion_real_mul(a, motion_real_mul(w1, w2)), 3));
+        jerk, curve_times(motion_real_mul(a, motion_real_mul(w1, w2)), 3));
     jerk = motion_real_add(jerk, motion_real_mul(v, w3));
     state->pos_q32 = in.pos_q32;
     state->vel_q32 = warp_saturate(motion_real_mul(v, w1));
