@@ -14,6 +14,9 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 CORPUS = HERE / "corpus"
+sys.path.insert(0, str(ROOT / "tests/support"))
+from crc16 import crc16  # noqa: E402
+
 SLEW = sys.argv[1] if len(sys.argv) > 1 else "build/slew"
 
 
@@ -335,15 +338,6 @@ put("gpio", "times", gpio(50, (0, 2), (0, 2, (1, 1 << 63)), (0, 60), (0, 60),
                           (0, 2, (1, (1 << 63) - 1)), (0, 60), (0, 60),
                           (0, 2, (1, 1 << 40), (1, -30))))
 put("gpio", "dead", gpio(20, (3, 2), (3, 2, (1, -3)), (0, 2), (0, 60), (1, 2)))
-
-
-def crc16(data):
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
-    return struct.pack("<H", crc)
 
 
 def asked(function, address, count, write_address=0, write_count=0):

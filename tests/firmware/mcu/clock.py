@@ -17,18 +17,12 @@ import tempfile
 import time
 import tty
 
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), "../../support"))
+from crc16 import crc16  # noqa: E402
+
 SYST_RVR = 0xE000E014
 COMMAND, CLOCK = 0x0200, 10
 LOOKS = 300
-
-
-def crc(data):
-    value = 0xFFFF
-    for byte in data:
-        value ^= byte
-        for _ in range(8):
-            value = value >> 1 ^ (0xA001 if value & 1 else 0)
-    return struct.pack("<H", value)
 
 
 def until(deadline_s, what, step):
@@ -81,7 +75,7 @@ class Board:
                             CLOCK, value & 0xFFFF, value >> 16)
 
         def ask():
-            os.write(self.line, frame + crc(frame))
+            os.write(self.line, frame + crc16(frame))
             return self.answer()[1:2] == b"\x10"
 
         until(60, "the board does not take its clock", ask)
