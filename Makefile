@@ -449,5 +449,5 @@ fetched: $(PEERS)/installed $(PEERS)/venv/done $(PAGE_NPM)/done \
 # FRESH=1: nothing changes while .ci/run goes from step to step, and what each make
 # would read here takes it two seconds in the end.
 ifndef FRESH
--include $(shell find build -name '*.d' 2>/dev/null)
+-include $(shell find build $(filter-out build build/%,$(B)) -name '*.d' 2>/dev/null)
 endif

@@ -24,10 +24,12 @@ studio:
 $(STUDIO)/source/done:
 	@firmware/studio/wasm/sources.sh $(@D)
 
+# Output to a file of this shell's own, and that to the target: builds of one tree
+# with other flags beside each other write the same one, each whole.
+STUDIO_WHOLE = >$@.$$$$ && mv $@.$$$$ $@ || { rm -f $@.$$$$; exit 1; }
 $(STUDIO)/own.c: firmware/studio/embed.sh $(STUDIO_OWN)
 	@mkdir -p $(@D)
-	$(Q)$< embedded_own cat $(foreach f,$(STUDIO_OWN),$f=$f) >$@.partial
-	$(Q)mv $@.partial $@
+	$(Q)$< embedded_own cat $(foreach f,$(STUDIO_OWN),$f=$f) $(STUDIO_WHOLE)
 build/wasm/own.o: $(STUDIO)/own.c
 	$(Q)$(WASM_CC) $(STD) -O2 -I. -c $< -o $@
 # The page, and the planner once it was built: make build needs no clang.
@@ -41,15 +43,13 @@ $(STUDIO)/page.c: firmware/studio/embed.sh $(STUDIO_PAGE) $(STUDIO_BUILT) \
 	$(Q)$< embedded_page 'gzip -n9' \
 	    $(foreach f,$(STUDIO_PAGE),/$(f:firmware/studio/web/%=%)=$f) \
 	    /planner.mjs=firmware/studio/wasm/planner.mjs \
-	    $(STUDIO_BUILT:%=/planner.wasm=%) >$@.partial
-	$(Q)mv $@.partial $@
+	    $(STUDIO_BUILT:%=/planner.wasm=%) $(STUDIO_WHOLE)
 # What slew studio opens where no rig is named.
 $(STUDIO)/example.c: firmware/studio/embed.sh examples/dolly/rig.yaml \
     examples/dolly/move.yaml
 	@mkdir -p $(@D)
 	$(Q)$< embedded_example cat rig.yaml=examples/dolly/rig.yaml \
-	    move.yaml=examples/dolly/move.yaml >$@.partial
-	$(Q)mv $@.partial $@
+	    move.yaml=examples/dolly/move.yaml $(STUDIO_WHOLE)
 $(B)/own.o $(B)/page.o $(B)/example.o: $(B)/%.o: $(STUDIO)/%.c
 	$(Q)mkdir -p $(@D); $(CC) $(ALL_CFLAGS) -fPIC -c $< -o $@
 
