@@ -5,8 +5,9 @@
 
 COUNT random pairs (pair n comes from n alone, so FIRST=n COUNT=1 is that pair
 again) on four CiA 402 axes with e-stop and limit switches, on the two
-drives of examples/odrive, or with a Modbus servo on a serial line or on TCP, in virtual time on all
-cores.  In every tick of every run:
+drives of examples/odrive, or with a Modbus servo on a serial line or on TCP, in
+virtual time on all cores.  Of each kind of drive one is monitored, but on TCP.  In
+every tick of every run:
 
   - a set point is within the range of its axis, its step within the highest
     speed, the change of its step within the stop acceleration;
@@ -29,7 +30,7 @@ import tempfile
 
 import yaml
 
-from faults import GPIO, tcp_rig
+from faults import GPIO, monitored_rigs, tcp_rig
 
 # After these a drive may not hear us in the end, or not be heard, and is named.
 # One that runs away hears us, but its fault reaction, which takes no order, ends
@@ -127,6 +128,12 @@ def one_fault(draw, rig):
         f"jitter, axis: {axis}, delay: {draw.uniform(0.1, 40):.1f} ms"
         f"{way}{lasting}",
     ]
+    if "monitor" in rig.axes[axis]["drive"]:
+        choices += [
+            f"overheat, axis: {axis}, by: {draw.randint(20, 90)} degC{lasting}",
+            f"supply, axis: {axis}, by: {draw.uniform(-9, 9):.2f} V{lasting}",
+            f"reading_lost, axis: {axis}{lasting}",
+        ]
     for line in rig.rtu:
         choices += [
             f"echo, bus: {line}{lasting}",
@@ -311,13 +318,14 @@ def main():
             with open(f"{directory}/{name}.move.yaml", "w",
                       encoding="utf-8") as file:
                 file.write(move)
-        with open("examples/dolly/rig.yaml", encoding="utf-8") as file:
+        monitored_rigs(directory)
+        with open(f"{directory}/canopen.yaml", encoding="utf-8") as file:
             text = file.read()
         with open(f"{directory}/rig.yaml", "w", encoding="utf-8") as file:
             file.write(text + GPIO)
         rigs = {"dolly": Rig(f"{directory}/rig.yaml"),
-                "odrive": Rig("examples/odrive/rig.yaml"),
-                "modbus": Rig("examples/modbus/rig.yaml"),
+                "odrive": Rig(f"{directory}/monitored.yaml"),
+                "modbus": Rig(f"{directory}/registers.yaml"),
                 "tcp": Rig(tcp_rig(directory))}
         jobs = [pool.submit(pair, slew, rigs, directory, n)
                 for n in range(first, first + count)]

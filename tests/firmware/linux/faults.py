@@ -19,6 +19,7 @@ Rows that no fault on a simulated bus can make are listed with their test.
 import concurrent.futures
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -41,6 +42,8 @@ RIGS = {
     # both, monitored
     "monitored": ("examples/odrive", 1, ("500 ms", "1.5 s", "2 s")),
     "canopen": ("examples/dolly", 1, ("1.5 s", "9 s", "20 s")),
+    # its servo with registers for what it measures, and monitored
+    "registers": ("examples/modbus", 5, ("1.5 s", "3 s", "4.5 s")),
     # examples/modbus, its servo on TCP
     "tcp": ("examples/modbus", 5, ("1.5 s", "3 s", "4.5 s")),
 }
@@ -59,6 +62,8 @@ MODBUS = 3 * (50 + 3) + 2 * 100 + 6 + 5
 # Where the line is never silent nothing is asked: three cycles of 23 ms and six
 # deadlines without feedback, and a tick.
 SILENT = 3 * 23 + 6 * 50 + 5
+# Two cycles of the line of "registers", and a tick.
+SERVO = 2 * 33.1 + 5
 
 GONE = "not on the bus any more"
 OLD = "feedback is too old"
@@ -253,6 +258,16 @@ ROWS = [
      "fault: reading_lost, axis: slider", DRIVE, "slider", "STOP", 100, T),
     ("temperature, voltage missing, moteus", "monitored",
      "fault: reading_lost, axis: pan", DRIVE, "pan", "STOP", 100, T),
+    ("near a limit of temperature, Modbus", "registers",
+     "fault: overheat, axis: pan, by: 46 degC", "", "", "none", 0, 0),
+    ("over-temperature, Modbus", "registers",
+     "fault: overheat, axis: pan, by: 60 degC", DRIVE, "pan", "STOP", 0, SERVO),
+    ("over-voltage, Modbus", "registers",
+     "fault: supply, axis: pan, by: 7 V", DRIVE, "pan", "STOP", 0, SERVO),
+    ("under-voltage, Modbus", "registers",
+     "fault: supply, axis: pan, by: -6 V", DRIVE, "pan", "STOP", 0, SERVO),
+    ("temperature, voltage missing, Modbus", "registers",
+     "fault: reading_lost, axis: pan", DRIVE, "pan", "STOP", 0, SERVO),
 ]
 
 # What needs more than a simulated bus.
@@ -282,29 +297,36 @@ def tcp_rig(directory):
     return path
 
 
-LIMITS = "temperature: 80 degC, voltage: [20 V, 30 V]"
-# name: drives of the example that get limits, and how they are read
+LIMITS = "temperature: 80 degC, voltage: [20 V, 30 V]}"
+# name: what stands in the example, and in its place so that a drive has limits
 MONITORED = {
-    "monitored": (("endpoints: endpoints.json}", "turns: 50 per rev}"), ""),
-    "canopen": (("counts: 4096 per mm}",), "object: 2003, scale: 0.1 degC, "),
+    "monitored": (
+        ("endpoints: endpoints.json}",
+         f"endpoints: endpoints.json, monitor: {{{LIMITS}}}"),
+        ("turns: 50 per rev}", f"turns: 50 per rev, monitor: {{{LIMITS}}}")),
+    "canopen": (
+        ("counts: 4096 per mm}",
+         "counts: 4096 per mm, monitor: {object: 2003, scale: 0.1 degC, "
+         f"{LIMITS}}}"),),
+    "registers": (
+        ("map: leadshine-el7\n",
+         f"map: servo.yaml\n      monitor: {{{LIMITS}\n"),),
 }
+BESIDE = ("examples/odrive/endpoints.json", "tests/data/monitored/servo.yaml")
 
 
 def monitored_rigs(directory):
     """Writes the examples with limits for their drives."""
-    for name, (drives, how) in MONITORED.items():
+    for name, drives in MONITORED.items():
         with open(f"{RIGS[name][0]}/rig.yaml", encoding="utf-8") as file:
             text = file.read()
-        for drive in drives:
+        for drive, monitored in drives:
             assert drive in text
-            text = text.replace(
-                drive, f"{drive[:-1]}, monitor: {{{how}{LIMITS}}}}}")
+            text = text.replace(drive, monitored)
         with open(f"{directory}/{name}.yaml", "w", encoding="utf-8") as file:
             file.write(text)
-    with open("examples/odrive/endpoints.json", encoding="utf-8") as file:
-        text = file.read()
-    with open(f"{directory}/endpoints.json", "w", encoding="utf-8") as file:
-        file.write(text)
+    for path in BESIDE:
+        shutil.copy(path, directory)
 
 
 class Run:
