@@ -159,8 +159,8 @@ static void c4_macro_fill(struct motion_key *here, int step)
             there->vel = motion_real_mul(there->vel, macro.s[j]);
             there->vel = motion_real_add(there->vel, curve_times(c[k], k));
             if (k >= 2)
-                there->acc =
-                    motion_real_add(there->acc, curve_times(c[k], k * (k - 1)));
+                there->acc = motion_real_add(
+                    there->acc, curve_times(c[k], (int64_t)k * (k - 1)));
         }
         /* the acceleration has one power less: its last step was one too
          * many */
