@@ -132,6 +132,11 @@ $(foreach p,$(QEMU_CPUS),$(foreach i,$(GOLDEN_IMAGES),\
 
 GOLDEN_ON := $(GOLDEN_HOSTS) $(QEMU_CPUS)
 
+.PHONY: images
+# what the checks run in QEMU beside firmware/mcu's boards
+images: $(patsubst %,$(QEMU_DIR)/%.elf,bench-m4 bench-m0 control-m4 \
+    play-m0 play-m4 play-rv32)
+
 .PHONY: golden
 ## the same bits from every compiler and processor
 golden: $(foreach i,$(GOLDEN_IMAGES),$(foreach on,$(GOLDEN_ON),\

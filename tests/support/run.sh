@@ -64,8 +64,9 @@ shift
 mkdir -p "$log"
 rm -f "$log"/*.count "$log"/*.times
 # What their sources say of themselves: those that read the real clock wait more
-# than they work and run at the end, four per processor.  Of both the long ones begin,
-# so that none is left over.
+# than they work, two per processor, and have a processor whenever they ask for one;
+# those that only compute have the rest.  Of both the long ones begin, so that none is
+# left over.
 marked() # marked TEXT TEST...: those whose source has it
 {
     text=$1
@@ -76,21 +77,25 @@ marked() # marked TEXT TEST...: those whose source has it
         ! grep -qF "$text" "$source" || echo "$test"
     done
 }
-marked 'Reads the real clock.' "$@" >"$log/clock"
-marked 'Takes long.' "$@" >"$log/long"
 long_first() # the tests on stdin
 {
     cat >"$log/now"
     grep -xF -f "$log/long" "$log/now" || true
     grep -vxF -f "$log/long" "$log/now" || true
 }
+marked 'Takes long.' "$@" >"$log/long"
+marked 'Reads the real clock.' "$@" | long_first >"$log/clock"
+printf '%s\n' "$@" | grep -vxF -f "$log/clock" | long_first >"$log/computes"
 processes=${PROCESSES:-$(nproc)}
-each() # each PROCESSES: the tests on stdin, so many at a time
+each() # each PROCESSES [PRIORITY...]: the tests on stdin, so many at a time
 {
-    xargs -r -P "$1" -n 1 "$0" --one "$log"
+    count=$1
+    shift
+    xargs -r -P "$count" -n 1 "$@" "$0" --one "$log"
 }
-printf '%s\n' "$@" | grep -vxF -f "$log/clock" | long_first | each "$processes"
-long_first <"$log/clock" | each $((4 * processes))
+each $((2 * processes)) <"$log/clock" &
+each "$processes" nice -n 19 <"$log/computes"
+wait $!
 # One of these that failed may have been paused by the machine for longer than it
 # waits: once more, alone, and both runs are shown.
 while read -r test; do
