@@ -5,6 +5,7 @@ import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
+import { slowly } from "../slowly.mjs";
 
 const slew = process.env.SLEW ?? "build/slew";
 export const pictures = process.env.STUDIO_PICTURES ?? "build/studio/pictures";
@@ -45,14 +46,8 @@ async function answers(url, child) {
   throw new Error("slew studio does not answer");
 }
 
-// Ten ticks lost in a row stop a machine.  Beside a browser that draws on the
-// processor a tick of 1 ms is lost too often; ten of these are a tenth of a second.
+// Beside a browser that draws on the processor: ten are a tenth of a second.
 export const TICK_MS = 10;
-
-function slowly(rig, tickMs) {
-  const line = `tick: ${tickMs} ms\n`;
-  return /^tick: /m.test(rig) ? rig.replace(/^tick: .*\n/m, line) : line + rig;
-}
 
 // A rig and a move in a directory of their own, served.  `change` may write them anew
 // before: (rig text, move text) => [rig text, move text]; with `tickMs` the rig has
