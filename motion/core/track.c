@@ -278,9 +278,24 @@ int64_t motion_track_ahead(const struct motion_track *track, int64_t t_ns_q12)
     return to >= track->end_ns_q12 ? INT64_MAX : to - t_ns_q12;
 }
 
-/* The cursor is elsewhere: try its neighbours, else search.  An index that has
- * wrapped is beyond the count.  Not inlined,
- * so that the usual way needs no stack. */
+const struct motion_segment *track_seek(const struct motion_track *track,
+                                        struct motion_cursor *cursor,
+                                        int64_t t_ns_q12)
+{
+    if (track_holds(track, cursor->index, t_ns_q12))
+        return &track->segment[cursor->index];
+    if (track_holds(track, cursor->index + 1, t_ns_q12))
+        cursor->index++;
+    else if (track_holds(track, cursor->index - 1, t_ns_q12))
+        cursor->index--;
+    else
+        cursor->index = track_find(track, t_ns_q12);
+    return track_holds(track, cursor->index, t_ns_q12)
+               ? &track->segment[cursor->index]
+               : NULL;
+}
+
+/* The cursor is elsewhere.  Not inlined, so that the usual way needs no stack. */
 __attribute__((noinline)) static void
 track_sample_seek(const struct motion_track *track,
                   struct motion_cursor *cursor, int64_t t_ns_q12,
@@ -290,19 +305,14 @@ track_sample_seek(const struct motion_track *track,
         track_sample_outside(track, t_ns_q12, sample);
         return;
     }
-    if (track_holds(track, cursor->index + 1, t_ns_q12))
-        cursor->index++;
-    else if (track_holds(track, cursor->index - 1, t_ns_q12))
-        cursor->index--;
-    else
-        cursor->index = track_find(track, t_ns_q12);
-
-    const struct motion_segment *segment = &track->segment[cursor->index];
-    if (track_holds(track, cursor->index, t_ns_q12))
+    const struct motion_segment *segment = track_seek(track, cursor, t_ns_q12);
+    if (segment != NULL)
         track_segment_sample(segment, sample,
                              (uint64_t)(t_ns_q12 - segment->start_ns_q12));
     else
-        *sample = (struct motion_sample){ .pos_q32 = segment->pos_q32 };
+        *sample =
+            (struct motion_sample){ .pos_q32 =
+                                        track->segment[cursor->index].pos_q32 };
 }
 
 /* start <= MOTION_TRACK_MAX < 2^63 - 2^61, so a t before the start gives a

@@ -68,5 +68,11 @@ int64_t track_segment_derivative(const struct motion_segment *segment,
 
 /* The segment that holds t, 0 <= t < end. */
 uint32_t track_find(const struct motion_track *track, int64_t t_ns_q12);
+/* The same, and the cursor goes there: its neighbours are tried, then all are
+ * searched (an index that has wrapped is beyond the count).  NULL: it is not in
+ * the window. */
+const struct motion_segment *track_seek(const struct motion_track *track,
+                                        struct motion_cursor *cursor,
+                                        int64_t t_ns_q12);
 
 #endif
