@@ -20,21 +20,23 @@ const char *controller_state_text(enum controller_state state)
                                                           : "unknown";
 }
 
-static const struct {
-    enum controller_reaction reaction;
-    const char *text;
-} fault_table[] = {
-#define FAULT_ROW(name, reaction, text) { reaction, text },
-    CONTROLLER_FAULT_LIST(FAULT_ROW)
-#undef FAULT_ROW
-};
-
 const char *controller_fault_text(enum controller_fault fault)
 {
-    return (unsigned)fault < sizeof fault_table / sizeof fault_table[0]
-               ? fault_table[fault].text
-               : "unknown fault";
+    static const char *const text[] = {
+#define FAULT_TEXT(name, reaction, text) text,
+        CONTROLLER_FAULT_LIST(FAULT_TEXT)
+#undef FAULT_TEXT
+    };
+    return (unsigned)fault < sizeof text / sizeof text[0] ? text[fault]
+                                                          : "unknown fault";
 }
+
+/* Apart from the texts, which a board does not have. */
+static const uint8_t fault_reaction[] = {
+#define FAULT_REACTION(name, reaction, text) reaction,
+    CONTROLLER_FAULT_LIST(FAULT_REACTION)
+#undef FAULT_REACTION
+};
 
 /* -- state changes ------------------------------------------------------ */
 
@@ -208,7 +210,7 @@ __attribute__((cold)) void controller_raise(struct controller *controller,
                                             int axis, int64_t value,
                                             int64_t limit)
 {
-    const enum controller_reaction reaction = fault_table[fault].reaction;
+    const enum controller_reaction reaction = fault_reaction[fault];
     if (controller->fault.fault == CONTROLLER_FAULT_NONE)
         controller->fault = (struct controller_fault_record){
             .fault = fault,
