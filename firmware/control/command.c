@@ -108,8 +108,8 @@ static int64_t controller_axis_rate_most(const struct controller_axis *axis,
 {
     const int64_t vel =
         controller_rate_most(axis->vel_peak_q32, limit->vel_q32, 1);
-    const int64_t acc =
-        controller_rate_most(axis->acc_peak_q32, limit->acc_q32, 2);
+    const int64_t acc = controller_rate_most(
+        controller_peak(axis->track, MOTION_ACC), limit->acc_q32, 2);
     const int64_t most = controller_least(vel, acc);
     if (limit->jerk_q32 == 0)
         return most;
@@ -230,7 +230,6 @@ void controller_axis_play(struct controller_axis *axis,
     if (!track)
         return;
     axis->vel_peak_q32 = controller_peak(track, MOTION_VEL);
-    axis->acc_peak_q32 = controller_peak(track, MOTION_ACC);
 }
 
 /* True when every track is inside its axis's limits at 100 %. */
@@ -253,7 +252,10 @@ static bool controller_load(struct controller *controller,
             controller->override_max_q30 = 0;
     }
     controller_set_reserve(controller);
-    return controller->override_max_q30 >= MOTION_CLOCK_WARP_ONE_Q30;
+    if (controller->override_max_q30 < MOTION_CLOCK_WARP_ONE_Q30)
+        return false;
+    controller_step_load(controller);
+    return true;
 }
 
 /* MOTION_OK, or why these tracks cannot begin at this time, and *axis. */
@@ -375,18 +377,16 @@ void controller_slow_down(struct controller *controller,
     const bool slows = controller_slows(controller);
     const bool has_ramp = slows && controller->warp.rate1_q30 == 0;
     const int64_t due_ns = slows ? controller->rest_by_ns : INT64_MAX;
-    const struct controller_seek seek = controller->seek;
     controller->wanted_q30 = 0;
     controller_enter(controller, state);
     controller->rest_by_ns =
         has_ramp ? due_ns
                  : controller_least(
                        due_ns, controller->clock_ns +
-                                   controller_ramp_bound_ns(controller, false));
+                                   controller_step_bound_ns(controller, false));
     if (!has_ramp && controller_freeze(controller))
         return;
-    controller->seek = seek;
-    controller_ramp_begin(controller, slows);
+    controller_step_request(controller);
 }
 
 int controller_hold(struct controller *controller)
@@ -431,7 +431,6 @@ int controller_resume(struct controller *controller)
     if (is_between)
         return MOTION_OK;
     controller->wanted_q30 = controller_rate(controller);
-    controller_ramp_reset(controller);
     controller_enter(controller, CONTROLLER_MOVING);
     if (controller_is_at_start(controller))
         controller_clock_set(controller, 0, controller->wanted_q30);
@@ -501,10 +500,8 @@ int controller_override(struct controller *controller, int64_t rate_q30)
         return MOTION_E_LIMIT;
     controller->override_q30 = rate_q30;
     controller_set_reserve(controller);
-    if (controller->state == CONTROLLER_MOVING && controller->jog == NULL) {
+    if (controller->state == CONTROLLER_MOVING && controller->jog == NULL)
         controller->wanted_q30 = rate_q30;
-        controller_ramp_reset(controller);
-    }
     return MOTION_OK;
 }
 

@@ -50,7 +50,6 @@ void controller_enter(struct controller *controller,
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (state == CONTROLLER_OFF || state == CONTROLLER_FAULT)
             controller->axis[i].cam = NULL;
-    controller_ramp_reset(controller);
 }
 
 void controller_request(struct controller *controller,
@@ -139,6 +138,7 @@ void controller_clock_set(struct controller *controller, int64_t s_ns_q12,
 {
     motion_clock_warp_init(&controller->warp, controller->clock_ns, s_ns_q12,
                            rate_q30);
+    controller->step.stage = STEP_NONE; /* what was found begins elsewhere */
     motion_clock_warp_at(&controller->warp, controller->clock_ns,
                          &controller->rate);
     controller_path(controller, &controller->rate);
@@ -152,36 +152,18 @@ bool controller_freeze(struct controller *controller)
     return true;
 }
 
-/* Is the path's clock, or the track itself, on its way to rest already? */
-static bool controller_brakes(const struct controller *controller)
+/* Along the path within the stop limits, at once. */
+static void controller_stop_along(struct controller *controller)
 {
-    return controller->is_brake ||
-           (controller->wanted_q30 == 0 && controller->warp.rate1_q30 == 0);
-}
-
-/* Along the path within the stop limits, at once; where no ramp from here fits,
- * the one that is under way. */
-static bool controller_stop_along(struct controller *controller)
-{
-    const int64_t rest_by_ns = controller->rest_by_ns;
-    const bool brakes = controller_brakes(controller);
-    const int64_t wanted_q30 = controller->wanted_q30;
     controller->wanted_q30 = 0;
     controller->rest_by_ns =
-        controller->clock_ns + controller_ramp_bound_ns(controller, true);
-    if (controller_freeze(controller) || controller_ramp_stop(controller))
-        return true;
-    controller->wanted_q30 = wanted_q30;
-    /* an override of 0 % is on its way to rest as well, but by no time */
-    if (controller->is_brake ||
-        (rest_by_ns != 0 && rest_by_ns < controller->rest_by_ns))
-        controller->rest_by_ns = rest_by_ns;
-    return brakes;
+        controller->clock_ns + controller_step_bound_ns(controller, true);
+    if (!controller_freeze(controller))
+        controller_step_request(controller);
 }
 
-/* Stop along the path if there is a ramp within the stop limits, else let the
- * drives brake by themselves.  Once per fault: small rather than fast, as what
- * calls it. */
+/* Stop along the path, or let the drives brake by themselves.  Once per fault: small
+ * rather than fast, as what calls it. */
 __attribute__((cold)) static void
 controller_react(struct controller *controller)
 {
@@ -196,11 +178,12 @@ controller_react(struct controller *controller)
         return;
     }
     controller_enter(controller, CONTROLLER_STOPPING);
-    if (by_profile || (controller->reaction <= CONTROLLER_REACT_STOP &&
-                       !controller_stop_along(controller)))
+    if (by_profile)
         controller->reaction = CONTROLLER_REACT_QUICK;
-    if (controller->reaction != CONTROLLER_REACT_QUICK)
+    if (controller->reaction != CONTROLLER_REACT_QUICK) {
+        controller_stop_along(controller);
         return;
+    }
     controller->rest_by_ns = 0;
     controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
 }
@@ -439,9 +422,7 @@ static void controller_step_ready(struct controller *controller)
 
 static void controller_clock(struct controller *controller)
 {
-    if (controller->warp.rate1_q30 != controller->wanted_q30 ||
-        controller_ramp_rises(controller))
-        controller_ramp_seek(controller);
+    controller_step_seek(controller);
     motion_clock_warp_at(&controller->warp, controller->clock_ns,
                          &controller->rate);
     if (controller->rate.s_ns_q12 > controller->move_end_ns_q12)

@@ -15,16 +15,16 @@
  *
  * One call of controller_step per tick does everything: looks at drives and
  * inputs (watch.c), moves the clock of the move on
- * (ramp.c), samples every track at the same path time, passes each
+ * (ramp_step.c), samples every track at the same path time, passes each
  * set point through the last gate (gate.c) and hands it to its
  * drive.  It includes motion and the hal interfaces, no concrete driver, no file,
  * no clock: time is an argument.  No heap, no lock.
  *
  * Hold, resume, stop and override are ramps of the clock that reads the move:
  * the path stays the same to the bit, also in reverse (path.c), which is turned
- * to at rest alone.  The shortest ramp that keeps every axis
- * within its limits is searched, some looks per tick; where none fits (an axis
- * is already braking at its limit) the search goes on until one does.  Rest is
+ * to at rest alone.  They are found step by step, as steep as keeps every axis
+ * within its limits, some of it per tick (ramp_step.h); where nothing fits (an axis
+ * is already braking at its limit) the search goes on until something does.  Rest is
  * due within a time that is computed at the request: in good time before it the
  * search goes over to the stop limits.  A stop for a fault uses the stop
  * limits, starts at once and falls back on the drives' own quick stop.
@@ -53,10 +53,10 @@
 #include "firmware/control/couple.h"
 #include "firmware/control/estop.h"
 #include "firmware/control/goal.h"
+#include "firmware/control/ramp_limit.h"
 #include "hal/drive.h"
 #include "hal/fieldbus.h"
 #include "hal/gpio.h"
-#include "motion/core/clock_walk.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/track.h"
 
@@ -167,6 +167,9 @@ struct controller_config {
     int64_t stop_timeout_ns;     /* quick stop to rest; 0: 5 s */
     unsigned axis_count;         /* 1 .. CONTROLLER_AXES_MAX */
     const struct controller_axis_config *axis; /* of each; stays the caller's */
+    /* What the search for a change of rate may take in a tick, in 100 instructions
+     * of a Cortex-M4; 0: 104 less 10 per axis, or 7 per axis where that is more. */
+    int effort;
 };
 
 /* Lines that are read every tick; NULL: there is none.  One that cannot be read
@@ -206,7 +209,7 @@ struct controller_axis {
     const struct controller_cam *cam; /* follows another axis; NULL: none */
     struct controller_leg leg;        /* by_goals */
     int64_t stands_q32;
-    int64_t vel_peak_q32, acc_peak_q32; /* of the track at rate 1 */
+    int64_t vel_peak_q32; /* of the track at rate 1 */
     struct hal_drive_target target;
     struct hal_drive_feedback feedback;
     int64_t following_q32;   /* demand in force minus actual */
@@ -219,21 +222,70 @@ struct controller_axis {
     /* limits of the gate per tick, from config */
     int64_t gate_vel_q32, gate_acc_q32;
     int64_t limit_acc_q32; /* without the stop limit */
+    struct controller_share share;
 };
 
-/* The search for a ramp of the clock; see ramp.c. */
-#define CONTROLLER_RAMP_ACCELS 17
-#define CONTROLLER_RAMP_JERKS  9
-#define CONTROLLER_RAMP_CANDIDATES                                             \
-    (CONTROLLER_RAMP_ACCELS * CONTROLLER_RAMP_JERKS)
-struct controller_seek {
-    bool stop;     /* within the stop limits */
-    bool is_level; /* the ramp in force brings r' to 0; the next one begins at
-                      its end */
-    struct motion_clock_bound most; /* the largest of the grid, */
-    unsigned accel_span, jerk_span; /* down from there, 1/8 octaves */
-    unsigned which, count;          /* next to try, of so many */
-    uint8_t order[CONTROLLER_RAMP_CANDIDATES];
+/* A change of rate in steps; see ramp_step.h.  Rates per tick, Q56. */
+enum controller_step_stage { STEP_NONE, STEP_SPAN, STEP_AXIS, STEP_READY };
+struct controller_step_state {
+    int64_t rate_q56, accel_q56, path_ns_q12; /* path: the clock's */
+};
+/* At the peaks of the tracks: J, and in ticks, Q4, 1 / A by p'' and, per rate, by
+ * p''', and the root of 1 / J. */
+struct controller_step_rest {
+    int64_t jerk_q56;
+    int32_t accel_q4, cross_q4, root_q4;
+};
+struct controller_step {
+    /* of the tracks */
+    struct controller_step_rest rest[2]; /* by the limits, the stop limits */
+    struct controller_scales scales;
+    struct motion_clock_unit unit;
+    int64_t tick_q56, tick_ns_q12; /* s */
+    int64_t least_q56, most_q56;   /* of r'' */
+    /* of the target */
+    bool stop;
+    bool
+        is_asked; /* for it just now: what is left is of the tick that follows */
+    int spent;    /* in this tick, of config.effort */
+    int64_t target_q30;
+    int64_t reach_q56, back_q56; /* r'' to the target and back to r' = 0, */
+    int64_t room_q56, cap_q56;   /* r', as far as is known */
+    int64_t level_q56[2];        /* r'' that brings a rise to r' = 0, by both */
+    unsigned early; /* successive candidates that were done sooner */
+    int32_t lead;   /* ticks from when a candidate is made to its begin */
+    /* the candidate */
+    enum controller_step_stage stage;
+    bool is_finish, is_early,
+        is_rise, /* r' > 0 that may be brought to 0 sooner */
+        is_fall; /* r' > 0 that is, for n[0] ticks steeper than has been judged */
+    unsigned tries;
+    int64_t begin_ns, s_ns_q12;
+    struct controller_step_state from;
+    int32_t left; /* ticks that what is under way levels in */
+    int32_t wait; /* of a fall, as many as a next one takes to be judged */
+    int32_t n[2]; /* ticks of both pieces, */
+    int64_t slope_q56[2], peak_q56; /* r'' in them, and r' in between */
+    int64_t rise_accel_q56;         /* the largest r' of a rise */
+    int64_t fall_q56[2];   /* r'' that may do so, within the limits and the */
+    int32_t fall_ticks[2]; /* stop limits, and for how many ticks at most */
+    int64_t rise_q56[2];   /* of what is in force, these r''; 0: none */
+    /* how far it is judged */
+    struct controller_step_state at;
+    unsigned piece;
+    int32_t tick, cut; /* of the piece; of a span, at most */
+    int32_t jerk, back_q10;
+    int64_t accel_q40, gain_q40;
+    uint8_t shift;
+    /* the span */
+    struct controller_span span;
+    struct controller_step_state to; /* after it, h ticks */
+    int32_t h;
+    bool is_new;   /* a candidate's first */
+    unsigned axis; /* that is judged, and how far: */
+    int64_t along_ns_q12;
+    struct motion_range range[3];
+    struct controller_verdict verdict;
 };
 
 struct controller {
@@ -253,7 +305,7 @@ struct controller {
     int64_t override_q30;     /* what the operator asked for */
     int64_t override_max_q30; /* what the move's limits allow */
     int64_t wanted_q30;       /* where the clock should go to */
-    struct controller_seek seek;
+    struct controller_step step;
     int64_t rest_by_ns; /* HOLDING, STOPPING: on clock_ns, when the axes are at
                            rest at the latest, else it is a fault; 0: they
                            are, or the drives brake */

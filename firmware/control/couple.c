@@ -106,10 +106,8 @@ bool controller_any_coupled(const struct controller *controller)
 /* value / (by parts); by 0: there is no such limit. */
 static int64_t couple_share(int64_t value, int64_t by_q32, int64_t parts)
 {
-    int64_t share_q32;
-    if (by_q32 == 0 || motion_fixed_muldiv(value / parts, MOTION_FIXED_ONE_Q32,
-                                           by_q32, &share_q32) < 0)
-        return INT64_MAX;
+    const int64_t share_q32 =
+        controller_muldiv(value / parts, MOTION_FIXED_ONE_Q32, by_q32);
     return share_q32 > 0 ? share_q32 : 1;
 }
 

@@ -28,22 +28,16 @@
 /* v T, rounded up; beyond the format there is no limit. */
 static int64_t gate_step(int64_t vel_q32, int64_t period_ns)
 {
-    int64_t step_q32;
-    if (motion_fixed_muldiv(vel_q32, period_ns, INT64_C(1000000000),
-                            &step_q32) < 0 ||
-        step_q32 >= INT64_MAX / 4)
-        return INT64_MAX / 4;
-    return step_q32 + 1;
+    const int64_t step_q32 =
+        controller_muldiv(vel_q32, period_ns, INT64_C(1000000000));
+    return step_q32 < INT64_MAX / 4 ? step_q32 + 1 : INT64_MAX / 4;
 }
 
 /* a T^2 */
 static int64_t gate_acc(int64_t acc_q32, int64_t period_ns)
 {
-    int64_t dv_q32;
-    if (motion_fixed_muldiv(acc_q32, period_ns, INT64_C(1000000000), &dv_q32) <
-        0)
-        return INT64_MAX / 4;
-    return gate_step(dv_q32, period_ns);
+    return gate_step(controller_muldiv(acc_q32, period_ns, INT64_C(1000000000)),
+                     period_ns);
 }
 
 void controller_gate_init(struct controller *controller, unsigned index)

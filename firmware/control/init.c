@@ -8,7 +8,12 @@
 #include "motion/core/fixed.h"
 
 #define ENABLE_TIMEOUT_NS INT64_C(5000000000)
-#define STOP_TIMEOUT_NS   INT64_C(5000000000)
+/* A tick of six axes takes 12,000 instructions, of which the search has what is left
+ * beside their set points; with more axes as much for each. */
+#define EFFORT          104
+#define EFFORT_AXIS     10
+#define EFFORT_MORE     7
+#define STOP_TIMEOUT_NS INT64_C(5000000000)
 
 static bool controller_limit_ok(const struct motion_clock_limit *limit)
 {
@@ -42,6 +47,10 @@ static void controller_defaults(struct controller_config *config)
         config->feedback_max_age_ns = 4 * config->period_ns;
     if (config->enable_timeout_ns == 0)
         config->enable_timeout_ns = ENABLE_TIMEOUT_NS;
+    const int axes = (int)config->axis_count;
+    const int left = EFFORT - axes * EFFORT_AXIS;
+    if (config->effort == 0)
+        config->effort = left > axes * EFFORT_MORE ? left : axes * EFFORT_MORE;
     if (config->stop_timeout_ns == 0)
         config->stop_timeout_ns = STOP_TIMEOUT_NS;
 }

@@ -87,6 +87,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
     controller->reserve_ns_q12 = 0;
     controller->jog = jog;
     controller_play(controller, MOTION_CLOCK_WARP_ONE_Q30);
+    controller_step_load(controller);
     return MOTION_OK;
 }
 

@@ -43,41 +43,20 @@ bool controller_any_by_profile(const struct controller *controller);
 /* In FAULT, standing with torque on. */
 bool controller_is_held(const struct controller *controller);
 
-/* ramp.c.  Seek: look for a ramp to wanted_q30 within the limits, a bounded
- * number of looks per call, and put the first that fits, which is the shortest,
- * into force.  Of a hold or stop, whose rest is due by rest_by_ns, none is
- * taken that ends later, and in good time before it the stop limits count.
- * While its rate still rises, r' = 0 in a quarter less of the time is tried.
- * Begin: from now, for a request; `again`: for another one of a hold or stop
- * that slows already.  Reset: forget what was being looked at.  Stop: a ramp to
- * rate 0 within the stop limits, from now; false: there is none.  Seek and stop
- * divide. */
-void controller_ramp_seek(struct controller *controller);
-void controller_ramp_begin(struct controller *controller, bool again);
-void controller_ramp_reset(struct controller *controller);
-bool controller_ramp_stop(struct controller *controller);
-/* A hold or stop is under way, whose rest is due; and its rate still rises. */
-bool controller_slows(const struct controller *controller);
-/* By when rest is due, on clock_ns; INT64_MAX: at no time. */
-int64_t controller_due_ns(const struct controller *controller);
-bool controller_ramp_rises(const struct controller *controller);
-/* How long it takes at most from now until the rate is 0, in ns of clock_ns, in
- * a move that is being played.  With D(l, k) the duration of the ramp from the
- * present (r, r') to rest within A / k and J / k, where A and J are what the
- * limits l leave at the peak speeds of the tracks (ramp.c):
- *     stop   D(stop limits, 4) + T
- *     else   D(limits, 1) + D(limits, 4) + D(stop limits, 4) + T
- * T is the tick in which the request is seen.  A J that would raise the rate by
- * over a quarter, because r' is steep, counts as r'^2 2.  The first is kept
- * because a longer ramp is no candidate of controller_ramp_stop.  In the
- * second, D(limits, 1) is for waiting: an axis that brakes at its limits by its
- * own track, where no ramp fits, has braked from its peak by then; D(limits, 4)
- * for a ramp that shares the limits with the track.  From D(stop limits, 4)
- * before the end on the stop limits count; where these leave no ramp either,
- * the bound is where the drives' quick stop takes over (rest_by_ns).
- * Divides. */
-int64_t controller_ramp_bound_ns(const struct controller *controller,
+/* ramp_step.c.  Load: what is played has begun.  Seek: once per tick, in motion, for
+ * a way to wanted_q30 within the limits.  Request: for one that was asked for, before
+ * its tick, of which it takes a part.  Load divides. */
+void controller_step_load(struct controller *controller);
+void controller_step_seek(struct controller *controller);
+void controller_step_request(struct controller *controller);
+/* How long it takes at most from now until the rate is 0, in ns of clock_ns, in a
+ * move that is being played (see ramp_step.h). */
+int64_t controller_step_bound_ns(const struct controller *controller,
                                  bool stop);
+/* ramp_bound.c.  A hold or stop is under way, whose rest is due; by when, on clock_ns;
+ * INT64_MAX: at no time. */
+bool controller_slows(const struct controller *controller);
+int64_t controller_due_ns(const struct controller *controller);
 /* Path time that a stop within the stop limits takes at most, as a rule, from
  * the rate, on a track of one axis. */
 int64_t controller_ramp_reserve(const struct controller *controller,
@@ -85,10 +64,11 @@ int64_t controller_ramp_reserve(const struct controller *controller,
                                 const struct motion_track *track,
                                 int64_t rate_q30);
 
+/* a * b / c, saturated, also by c = 0; none is negative. */
+int64_t controller_muldiv(int64_t a, int64_t b, int64_t c);
+
 /* path.c.  Path ns, path: the path's time, and its rate, at a time of the clock
- * that reads the move.  State: of a track, as that clock reads it.  Turn: the
- * ramp along the tracks that has the speeds, accelerations and jerks of this
- * one in reverse. */
+ * that reads the move.  State: of a track, as that clock reads it. */
 int64_t controller_path_ns_q12(const struct controller *controller,
                                int64_t s_ns_q12);
 void controller_path(const struct controller *controller,
@@ -96,9 +76,6 @@ void controller_path(const struct controller *controller,
 void controller_path_state(const struct controller *controller,
                            const struct motion_track *track, int64_t s_ns_q12,
                            struct motion_state *state);
-void controller_path_turn(const struct controller *controller,
-                          const struct motion_clock_warp *warp,
-                          struct motion_clock_warp *turned);
 
 /* gate.c: may this set point go to the drive now?  When not, the
  * value that was too large and what was allowed.  Steps: would the gate let two

@@ -1,6 +1,7 @@
-/* firmware/control/ramp.h - what the files of the search for a ramp share:
- * ramp.c (the search), ramp_bound.c (how steep a ramp may
- * be and how long it then takes) and ramp_judge.c (does one fit?). */
+/* firmware/control/ramp.h - what the files of the search for a change of rate share:
+ * ramp_step.c (the search), ramp_span.c and ramp_limit.c (does a piece of it keep the
+ * limits?), ramp_bound.c (how steep may it be?) and ramp_rest.c (by when is it at
+ * rest?). */
 #ifndef FIRMWARE_CONTROL_RAMP_H
 #define FIRMWARE_CONTROL_RAMP_H
 
@@ -9,13 +10,13 @@
 #include "motion/core/fixed.h"
 
 #define RAMP_SECOND_NS INT64_C(1000000000)
-
-/* a * b / c, saturated; c > 0, the others >= 0. */
-static inline int64_t ramp_muldiv(int64_t a, int64_t b, int64_t c)
-{
-    int64_t result;
-    return motion_fixed_muldiv(a, b, c, &result) < 0 ? INT64_MAX : result;
-}
+#define RAMP_ONE_Q56   ((int64_t)1 << 56)
+#define RAMP_Q30_Q56   ((int64_t)1 << 26)
+/* Ticks of a piece: in more the rate would leave its range, or hardly change. */
+#define RAMP_TICKS_MAX (1 << 20)
+/* Ticks from when a candidate is made to its begin, at the most. */
+#define RAMP_LEAD_MAX 8
+#define RAMP_MAX_NS   INT64_C(3600000000000) /* of a change of rate */
 
 static inline int64_t ramp_least(int64_t a, int64_t b)
 {
@@ -33,49 +34,54 @@ static inline int64_t ramp_size(int64_t value)
     return size > INT64_MAX ? INT64_MAX : (int64_t)size;
 }
 
-static inline const struct motion_clock_limit *
-ramp_limit(const struct controller *controller, unsigned axis, bool stop)
+/* Bits of a value >= 0 above so many. */
+static inline int ramp_above(int64_t value, int bits)
 {
-    const struct controller_axis_config *config =
-        &controller->config.axis[axis];
-    return stop ? &config->stop : &config->limit;
+    const int size = 64 - (int)motion_fixed_clz_u64((uint64_t)value);
+    return size > bits ? size - bits : 0;
 }
 
-/* ramp_bound.c.  Now: the state of the clock from which a ramp would start.
- * Bound: the A and J that alone would use the whole of the limits at the peaks
- * of the tracks, divided by `divisor`.  Rest: how long the ramp within these to
- * rate 0 takes.  Room: the largest |r''| of this sign that p''' leaves at
- * `now`.  Steepest: no ramp of one A and J from `now` to wanted_q30 can have a
- * larger J, or a use for a larger A. */
-struct motion_clock_rate
-controller_ramp_now(const struct controller *controller);
-struct motion_clock_bound
-controller_ramp_bound(const struct controller *controller,
-                      const struct motion_clock_rate *now, bool stop,
-                      unsigned divisor);
-int64_t controller_ramp_rest_ns(const struct controller *controller,
-                                const struct motion_clock_rate *now, bool stop,
-                                unsigned divisor);
-int64_t controller_ramp_margin(const struct controller *controller,
-                               const struct motion_clock_rate *now, bool down,
-                               bool stop);
-struct motion_clock_bound
-controller_ramp_steepest(const struct controller *controller,
-                         const struct motion_clock_rate *now, bool stop);
+/* The next whole number above a / b, a >= 0 and b > 0; RAMP_TICKS_MAX at most. */
+static inline int32_t ramp_ratio(int64_t a, int64_t b)
+{
+    const int shift = ramp_above(a > b ? a : b, 31);
+    const uint32_t ratio =
+        (uint32_t)(a >> shift) /
+            (((uint32_t)(b >> shift) + (shift > 0)) | (b == 0)) +
+        1;
+    return ratio < RAMP_TICKS_MAX ? (int32_t)ratio : RAMP_TICKS_MAX;
+}
 
-/* What a search may still take, and where the last candidate that did not fit
- * was seen to be over a limit: the next one mostly is there, too. */
-struct ramp_effort {
-    int64_t looks;
-    int64_t dt_ns; /* since the ramp began */
-    unsigned axis;
-    int64_t left; /* looks, of the candidate that is being judged */
+static inline uint32_t ramp_root(uint32_t square)
+{
+    uint32_t root = 1u << (16 - motion_fixed_clz_u64(square | 1) / 2 + 16);
+    for (int i = 0; i < 20; i++) {
+        const uint32_t next = (root + square / root) / 2;
+        if (next >= root)
+            break;
+        root = next;
+    }
+    return root;
+}
+
+/* Of the clock, which in reverse reads the path backwards. */
+static inline int64_t ramp_rate_q30(const struct controller *controller)
+{
+    const int64_t rate_q30 = controller->rate.rate_q30;
+    return rate_q30 < 0 ? -rate_q30 : rate_q30;
+}
+
+/* What a ramp may do beside a track at its peak: |r'| <= A, |r''| <= J. */
+struct ramp_bound {
+    int64_t accel_q30; /* A, 1/s */
+    int64_t jerk_q30;  /* J, 1/s2 */
 };
 
-/* ramp_judge.c: does the ramp keep every axis inside its limits?
- * effort->looks is reduced by what that took. */
-bool controller_ramp_judge(const struct controller *controller,
-                           const struct motion_clock_warp *warp, bool stop,
-                           struct ramp_effort *effort);
+/* ramp_bound.c.  Now: the state of the clock.  Bound: the A and J that alone would
+ * use the whole of the limits at the peaks of the tracks, up to rate_q30. */
+struct motion_clock_rate
+controller_ramp_now(const struct controller *controller);
+struct ramp_bound controller_ramp_bound(const struct controller *controller,
+                                        int64_t rate_q30, bool stop);
 
 #endif

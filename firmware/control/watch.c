@@ -207,7 +207,8 @@ static void watch_switches(struct controller *controller, unsigned i)
                          axis->feedback.pos_q32, 0);
 }
 
-/* While there is still enough to stop on. */
+/* While there is still enough to stop on, eight ticks at least; where no stop has been
+ * found on that, the drives brake two ticks before the clock leaves it. */
 static void watch_track(struct controller *controller, unsigned i)
 {
     const struct motion_track *track = controller->axis[i].track;
@@ -219,6 +220,11 @@ static void watch_track(struct controller *controller, unsigned i)
         controller_raise(controller, CONTROLLER_FAULT_TRACK, (int)i,
                          ahead_ns_q12 / MOTION_FIXED_NS_Q12,
                          controller->reserve_ns_q12 / MOTION_FIXED_NS_Q12);
+    /* per tick, Q30, to Q12 */
+    if (ahead_ns_q12 <
+        controller->rate.rate_q30 * controller->config.period_ns >> 17)
+        controller_raise(controller, CONTROLLER_FAULT_REST, (int)i,
+                         ahead_ns_q12 / MOTION_FIXED_NS_Q12, 0);
 }
 
 static void watch_ticks(struct controller *controller)

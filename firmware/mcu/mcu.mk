@@ -12,13 +12,15 @@ MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
 # Small where the tick never comes, or only once per request; smaller still
 # with products of 128 bits as calls, where there are many.
 MCU_SMALL  := $(addprefix firmware/control/,command.c couple.c goal.c home.c \
-                homing.c homing_stop.c init.c jog.c mailbox.c playback.c ramp.c \
-                ramp_judge.c) \
-              $(addprefix motion/core/,clock_walk.c fixed.c track_state.c) \
+                homing.c homing_stop.c init.c jog.c mailbox.c playback.c \
+                ramp_span.c ramp_step.c) \
+              $(addprefix motion/core/,fixed.c track_state.c) \
               $(call sources,motion/otg hal/drive/modbus)
-MCU_CALLS  := firmware/control/ramp_bound.c $(addprefix motion/core/, \
-                clock_anchor.c clock_warp_plan.c track_append.c)
+MCU_CALLS  := $(addprefix firmware/control/,ramp_bound.c ramp_load.c ramp_rest.c) \
+              motion/core/track_append.c
 $(MCU_SMALL:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os
+# So does make bench-tick count them.
+$(MCU_SMALL:%.c=build/qemu/m4/%.o): QEMU_BARE += -Os
 $(MCU_CALLS:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os -fno-inline
 
 $(MCU_DIR)/%.o: %.c Makefile firmware/mcu/mcu.mk

@@ -46,19 +46,6 @@ static inline int64_t clock_warp_add(int64_t a, int64_t b)
     return result;
 }
 
-static inline int64_t clock_warp_sub(int64_t a, int64_t b)
-{
-    int64_t result;
-    if (motion_fixed_sub(a, b, &result) < 0)
-        return clock_warp_saturate(a < 0);
-    return result;
-}
-
-static inline int64_t clock_warp_size(int64_t value)
-{
-    return value < -INT64_MAX ? INT64_MAX : value < 0 ? -value : value;
-}
-
 /* a * b / c, saturated; c > 0. */
 static inline int64_t clock_warp_muldiv(int64_t a, int64_t b, int64_t c)
 {

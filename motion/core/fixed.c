@@ -165,12 +165,7 @@ int motion_fixed_mulshift(int64_t a, int64_t b, unsigned bits, int64_t *result)
 
     if (bits > 127)
         return MOTION_E_ARG;
-    if (bits > 0) { /* product <= 2^126: adding a half does not carry out */
-        struct motion_u128 half =
-            motion_fixed_shl_u128((struct motion_u128){ 0, 1 }, bits - 1);
-        product = motion_fixed_add_u128(product, half);
-        product = motion_fixed_shr_u128(product, bits);
-    }
+    product = motion_fixed_round_i128(product, bits); /* <= 2^126 */
     if (product.hi != 0)
         return MOTION_E_RANGE;
     return fixed_signed(product.lo, (a < 0) != (b < 0), result);
@@ -190,9 +185,8 @@ struct motion_u128 motion_fixed_round_i128(struct motion_u128 a, unsigned bits)
     if (bits > 127)
         return (struct motion_u128){ 0, 0 };
     m = motion_fixed_shr_u128(m, bits - 1);
-    uint64_t half = m.lo & 1; /* (m + 1) / 2 */
-    m.lo = (m.lo >> 1 | m.hi << 63) + half;
-    m.hi = (m.hi >> 1) + (m.lo < half);
+    m = motion_fixed_add_u128(m, (struct motion_u128){ 0, 1 });
+    m = motion_fixed_shr_u128(m, 1);
     return motion_fixed_sign_i128(m, (uint64_t)((int64_t)a.hi >> 63));
 }
 

@@ -135,6 +135,12 @@ static struct motion_u128 append_solve(const struct append_goal *goal,
     return motion_fixed_add_u128(append_sub(q0, q1), q2);
 }
 
+/* C(n, k) */
+static const uint8_t append_choose[APPEND_DEGREE + 1][APPEND_DEGREE + 1] = {
+    { 1 },          { 1, 1 },          { 1, 2, 1 },
+    { 1, 3, 3, 1 }, { 1, 4, 6, 4, 1 }, { 1, 5, 10, 10, 5, 1 },
+};
+
 /* Bounds of |a[k]| in units of 2^down, at most 2^31. */
 struct append_sizes {
     uint32_t a[APPEND_DEGREE + 1];
@@ -166,15 +172,10 @@ static void append_sizes(const struct append_goal *goal,
 static uint64_t append_partial(const struct append_sizes *sizes, int degree,
                                int k, int order)
 {
-    static const uint8_t choose[3][APPEND_DEGREE + 1] = {
-        { 1, 1, 1, 1, 1, 1 },
-        { 0, 1, 2, 3, 4, 5 },
-        { 0, 0, 1, 3, 6, 10 },
-    };
     uint64_t sum = 0;
 
     for (int i = k + order > 0 ? k + order : 1; i <= degree; i++)
-        sum += (uint64_t)sizes->a[i] * choose[order][i - k];
+        sum += (uint64_t)sizes->a[i] * append_choose[i - k][order];
     return sum << (k + order);
 }
 
@@ -335,16 +336,12 @@ static void append_time(struct motion_segment *segment, int64_t start_ns_q12,
 static void append_polygon(const struct append_goal *goal,
                            struct motion_u128 *point)
 {
-    static const int32_t choose[APPEND_DEGREE + 1][APPEND_DEGREE + 1] = {
-        { 1 },          { 1, 1 },          { 1, 2, 1 },
-        { 1, 3, 3, 1 }, { 1, 4, 6, 4, 1 }, { 1, 5, 10, 10, 5, 1 },
-    };
     const int n = goal->degree;
 
     for (int j = 0; j <= n; j++) {
         point[j] = (struct motion_u128){ 0, 0 };
         for (int k = 1; k <= j; k++) {
-            int32_t weight = choose[j][k] * (60 / choose[n][k]);
+            int32_t weight = append_choose[j][k] * (60 / append_choose[n][k]);
             point[j] = motion_fixed_add_u128(
                 point[j], motion_fixed_mul_i128(goal->a[k], weight));
         }

@@ -29,14 +29,13 @@ ROOTS = {
 # These may divide although the tick reaches them.  Everything else that is
 # forbidden stays forbidden below them.
 MAY_DIVIDE = {
-    "controller_ramp_seek": "looks for a ramp after a request to hold, resume or"
-                            " stop; bounded by RAMP_LOOKS_SEEK per tick",
-    "controller_ramp_stop": "looks for the ramp that stops, once per fault;"
-                            " bounded by RAMP_LOOKS_STOP",
+    "controller_step_seek": "looks for a change of rate after a request to hold,"
+                            " resume or stop; bounded by config.effort per tick",
+    "controller_step_request": "begins that, of which the tick that follows takes"
+                               " the less",
+    "controller_step_bound_ns": "says by when a stop is at rest, once per request",
     "controller_goal_distance_ns_q12": "says how long a drive takes to its"
     " goal, once per motion of it",
-    "controller_ramp_bound_ns": "says by when a stop is at rest, once per"
-                                " request",
 }
 
 # Library functions that a compiler calls by itself or that do nothing but move

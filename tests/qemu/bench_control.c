@@ -2,7 +2,8 @@
  * six axes, drivers left out: the worst in each state, at many places of a move
  * that uses all of its limits.  The stop limits are those, or twice as large.
  * A command counts to the tick that follows it.  Status 1 when a tick takes more
- * than LIMIT_MOVING where nothing is looked for, or than LIMIT_SEEK.
+ * than LIMIT_MOVING before the command, or than LIMIT_SEEK.  A change of
+ * rate is found step by step (firmware/control/ramp_step.h).
  *
  * Time of QEMU with -icount, as in bench_tick.c, by timer 0 of mps2-an386 (Arm
  * CMSDK APB timer, 32 bits at 25 MHz: SysTick would wrap). */
@@ -97,6 +98,11 @@ static void bench_stop(void)
 static void bench_slower(void)
 {
     (void)controller_override(&controller, MOTION_CLOCK_WARP_ONE_Q30 / 4);
+}
+
+static void bench_faster(void)
+{
+    (void)controller_override(&controller, MOTION_CLOCK_WARP_ONE_Q30);
 }
 
 static void bench_fault(void)
@@ -199,6 +205,18 @@ static bool bench_is_over(void)
             controller.rate.rate_q30 == controller.wanted_q30);
 }
 
+/* What comes before the command of every fourth episode, so many ticks. */
+#define BEFORE_DOWN 30
+#define BEFORE_UP   60
+
+static bench_command *bench_before(unsigned n, unsigned ticks)
+{
+    if ((n % 4 == 1 && ticks == BEFORE_DOWN) ||
+        (n % 4 == 3 && ticks == BEFORE_UP + 250))
+        return bench_slower;
+    return n % 4 == 3 && ticks == BEFORE_UP ? bench_faster : bench_none;
+}
+
 /* A move until the command, of some with the rate on its way down or up; then
  * until it is obeyed. */
 static int bench_episode(unsigned n, int64_t stop_times, bench_command *command,
@@ -209,10 +227,11 @@ static int bench_episode(unsigned n, int64_t stop_times, bench_command *command,
     if (bench_begin(stop_times) < 0)
         return -1;
     for (unsigned k = 0; k < until; k++) {
-        const bool slows = k + 30 == until && n % 4 == 1;
-        const uint32_t count = bench_tick(slows ? bench_slower : bench_none);
-        if (n % 4 != 1)
+        const uint32_t count = bench_tick(bench_before(n, until - k));
+        if (n % 2 == 0)
             worst->moving = most(worst->moving, count);
+        else
+            worst->after = most(worst->after, count);
     }
     worst->request = most(worst->request, bench_tick(command));
     for (; !bench_is_over(); ticks++)

@@ -5,18 +5,17 @@
  * and nothing to average.  The unit is measured with a row of nops; what a call
  * costs around the function is measured with an empty function of the same
  * shape and left out; entering and leaving the function is in.  Status 1 when a
- * call within a segment takes more than LIMIT, or a look along a ramp more than
- * LIMIT_LOOK. */
-#include "motion/core/clock_walk.h"
-#include "motion/core/clock_warp.h"
+ * call within a segment takes more than LIMIT, or what a stretch of one is told in more
+ * than LIMIT_ENCLOSE. */
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/core/track.h"
+#include "motion/core/track_enclose.h"
 #include "tests/qemu/start.h"
 
 #ifndef LIMIT
-#define LIMIT      UINT32_MAX
-#define LIMIT_LOOK UINT32_MAX
+#define LIMIT         UINT32_MAX
+#define LIMIT_ENCLOSE UINT32_MAX
 #endif
 
 #define REGISTER(address) (*(volatile uint32_t *)(address))
@@ -136,28 +135,28 @@ static int bench_plan(struct motion_track *track)
     return err;
 }
 
-/* Of one look along a ramp of one axis, the most of what a search takes: a
- * fault stop makes up to RAMP_LOOKS_STOP of them in its tick
- * (firmware/control/ramp.c). */
+/* Of one stretch, the most of what a search for a change of rate takes
+ * (firmware/control/ramp_span.c). */
 __attribute__((noinline)) static uint32_t
-bench_look(const struct motion_track *track, int64_t from_ns_q12)
+bench_enclose(const struct motion_track *track, int64_t from_ns_q12)
 {
-    const struct motion_clock_limit limit = { INT64_MAX / 4, INT64_MAX / 4, 0 };
-    const struct motion_clock_bound bound = { (int64_t)20 << 30,
-                                              (int64_t)4000 << 30 };
-    struct motion_clock_warp warp;
-    int64_t looks = 1000;
-    motion_clock_warp_init(&warp, 0, from_ns_q12, MOTION_CLOCK_WARP_ONE_Q30);
-    if (motion_clock_warp_ramp(&warp, 0, 0, &bound, 1000000, &warp) < 0)
-        return 0;
-    const uint32_t unit = bench_nop_ticks();
+    const int64_t one_q32[3] = { MOTION_TRACK_VEL_MAX_Q32,
+                                 MOTION_TRACK_ACC_MAX_Q32,
+                                 MOTION_TRACK_ACC_MAX_Q32 };
+    struct motion_range range[3] = { { 0, 0 }, { 0, 0 }, { 0, 0 } };
+    struct motion_cursor cursor = { 0 };
+    struct motion_track_unit unit;
+    int64_t from = from_ns_q12;
+    motion_track_unit_init(&unit, one_q32);
+    (void)motion_track_enclose(track, &cursor, &unit, &from, from + 4096,
+                               range);
+    from = from_ns_q12;
+    const uint32_t nop = bench_nop_ticks();
     const uint32_t start = bench_now();
-    const bool fits =
-        motion_clock_warp_fits(&warp, track, &limit, 4000000, &looks);
+    (void)motion_track_enclose(track, &cursor, &unit, &from, from + 4096000000,
+                               range);
     const uint32_t ticks = (bench_now() - start) & SYST_TOP;
-    return fits ? (uint32_t)((uint64_t)ticks * NOPS / unit) /
-                      (uint32_t)(1000 - looks)
-                : 0;
+    return (uint32_t)((uint64_t)ticks * NOPS / nop);
 }
 
 static bool bench_is_over(uint32_t count, uint32_t limit)
@@ -194,12 +193,12 @@ int main(void)
     bench_report("  quintic, 16 ns    ", bench_worst(&track, 4, 4));
     bench_report("  into the next     ", bench_worst(&track, 1, 0));
     bench_report("  search            ", bench_worst(&track, 3, 0));
-    const uint32_t cubic = bench_report("  look, cubic       ",
-                                        bench_look(&track, MOTION_FIXED_S_Q12));
+    const uint32_t cubic = bench_report(
+        "  stretch, cubic    ", bench_enclose(&track, MOTION_FIXED_S_Q12));
     const uint32_t quintic = bench_report(
-        "  look, quintic     ", bench_look(&track, 4 * MOTION_FIXED_S_Q12));
-    if (bench_is_over(worst, LIMIT) || bench_is_over(cubic, LIMIT_LOOK) ||
-        bench_is_over(quintic, LIMIT_LOOK))
+        "  stretch, quintic  ", bench_enclose(&track, 4 * MOTION_FIXED_S_Q12));
+    if (bench_is_over(worst, LIMIT) || bench_is_over(cubic, LIMIT_ENCLOSE) ||
+        bench_is_over(quintic, LIMIT_ENCLOSE))
         return 1;
     return 0;
 }

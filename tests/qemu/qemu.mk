@@ -50,9 +50,9 @@ GOLDEN_IMAGES   := golden orient curves fcurve wide
 GOLDEN_TOOLS    := tests/qemu/golden_tools.c
 $(foreach i,$(GOLDEN_IMAGES),$(eval QEMU_SRC_$(i) += $(GOLDEN_TOOLS)))
 $(QEMU_DIR)/m4/tests/qemu/bench_tick.o: QEMU_BARE += -DLIMIT=150 \
-    -DLIMIT_LOOK=4600
-$(QEMU_DIR)/m4/tests/qemu/bench_control.o: QEMU_BARE += -DLIMIT_MOVING=6000 \
-    -DLIMIT_SEEK=5600000
+    -DLIMIT_ENCLOSE=480
+$(QEMU_DIR)/m4/tests/qemu/bench_control.o: QEMU_BARE += -DLIMIT_MOVING=12000 \
+    -DLIMIT_SEEK=12000
 QEMU_ROOM_control_m4 := -Wl,--defsym=image_ram=1M
 # More RAM than a micro:bit has, for six windows; the move lies behind the image.
 QEMU_FILE_m0   := 0x80000
@@ -68,7 +68,7 @@ QEMU_LIB_m4 := build/rt/m4
 
 # qemu_objects CPU,COMPILER AND FLAGS: the library, and objects for images.
 define qemu_objects
-$(QEMU_DIR)/$(1)/%.o: %.c Makefile tests/qemu/qemu.mk
+$(QEMU_DIR)/$(1)/%.o: %.c Makefile tests/qemu/qemu.mk firmware/mcu/mcu.mk
 	@mkdir -p $$(@D)
 	$$(Q)$(2) -c $$< -o $$@
 $(QEMU_DIR)/$(1)/libmotion.a: \
@@ -94,7 +94,7 @@ $(foreach p,$(QEMU_CPUS),$(foreach i,$(QEMU_IMAGES),\
   $(eval $(call qemu_image,$(p),$(i)))))
 
 .PHONY: bench-tick
-## instructions on Cortex-M4 and M0 per sample (M4: 150), look (2,200) and tick, in QEMU
+## instructions on Cortex-M4 and M0 per sample (M4: 150), stretch (480) and tick (12,000), in QEMU
 bench-tick: $(QEMU_DIR)/bench-m4.elf $(QEMU_DIR)/bench-m0.elf \
     $(QEMU_DIR)/control-m4.elf
 	@echo "Cortex-M4, instructions per motion_track_sample:"

@@ -75,18 +75,28 @@ void shots_free(struct shots *shots)
     *shots = (struct shots){ .job = NULL };
 }
 
+/* At a rate: time on the clock. */
+static int64_t shots_at_rate_ns(int64_t path_ns_q12, int64_t rate_q30)
+{
+    int64_t ns_q12 = path_ns_q12;
+    if (rate_q30 > 0 &&
+        motion_fixed_muldiv(path_ns_q12, MOTION_CLOCK_WARP_ONE_Q30, rate_q30,
+                            &ns_q12) < 0)
+        ns_q12 = path_ns_q12;
+    return ns_q12 / MOTION_FIXED_NS_Q12;
+}
+
 /* How long before the tick's nominal time, and the line's lead, the path's time
- * was that of the shot. */
+ * was that of the shot: by the rate half-way to there. */
 static int64_t shots_since_ns(const struct motion_clock_rate *aim,
                               int64_t t_ns_q12)
 {
     const int64_t beyond_ns_q12 = aim->s_ns_q12 - t_ns_q12;
-    int64_t ns_q12 = beyond_ns_q12;
-    if (aim->rate_q30 > 0 &&
-        motion_fixed_muldiv(beyond_ns_q12, MOTION_CLOCK_WARP_ONE_Q30,
-                            aim->rate_q30, &ns_q12) < 0)
-        ns_q12 = beyond_ns_q12;
-    return ns_q12 / MOTION_FIXED_NS_Q12;
+    int64_t change_q30 = 0;
+    (void)motion_fixed_muldiv(aim->accel_q30,
+                              shots_at_rate_ns(beyond_ns_q12, aim->rate_q30),
+                              2 * INT64_C(1000000000), &change_q30);
+    return shots_at_rate_ns(beyond_ns_q12, aim->rate_q30 - change_q30);
 }
 
 static void shots_take_line(struct shots *shots, unsigned i,

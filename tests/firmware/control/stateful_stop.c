@@ -268,7 +268,7 @@ static int64_t stop_by_ns(struct stateful *bench, enum stateful_stop_kind kind)
         SPARE_S + YARDSTICKS_STATED * full_yardstick(bench))
         stateful_violate(bench, STATEFUL_LATE, -1, "states %.3f s",
                          (double)stated_ns / 1e9);
-    return bench->clock_ns + stated_ns + 2 * bench->period_ns;
+    return bench->clock_ns + stated_ns;
 }
 
 static int64_t later_ns(int64_t a_ns, int64_t b_ns)

@@ -630,7 +630,11 @@ static void a_goal_next_to_nothing_away_is_reached_at_one_percent(void **state)
  *   - a fault ended the homing of a drive, and the next homing, of another axis, waited
  *     for that axis's drive to come back from a mode that it never was in;
  *   - an axis ran away, was enabled again and ran away again: the ticks that had been
- *     counted before were not forgotten, and its torque was taken a tick late. */
+ *     counted before were not forgotten, and its torque was taken a tick late;
+ *   - a stop found nothing for r' > 0 by the time that a candidate was to begin, as it
+ *     was not made sooner there: the rate rose further than it must;
+ *   - a slow move that was not read further had its drives brake within two ticks at
+ *     full rate, before what a stop takes at its rate was left. */
 static void episodes_of_a_soak_are_as_they_should_be(void **state)
 {
     static const uint64_t seed[] = {
@@ -638,7 +642,7 @@ static void episodes_of_a_soak_are_as_they_should_be(void **state)
         0x6b07f4cd, 0x6b07f649, 0x6b080c9c, 0x6b0810e7, 0x6b082302, 0x6b08339b,
         0x6b08795b, 0x6b084a51, 0x6b08b328, 0x6b083227, 0x6b094c27, 0x6b09febd,
         0x6b0c30b5, 0x6b0ac8f8, 0x6b0fc877, 0x7d2b816e, 0x6b0dbb9f, 0x6b0ddcec,
-        0x77368025, 0x7736ed9d,
+        0x77368025, 0x7736ed9d, 0x1584,     0x896b10,
     };
     (void)state;
     for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
