@@ -219,9 +219,10 @@ struct stateful_reader {
 struct stateful_past {
     int64_t pos_q32[4];
     unsigned count;
-    bool is_hard;   /* the stop limits may have been in force */
-    int hard_ticks; /* and so many ticks ago */
-    bool any_range; /* homing moved it, and it did not stand since */
+    bool is_hard;    /* the stop limits may have been in force, */
+    int64_t hard_ns; /* in the change of rate that began then, */
+    int hard_ticks;  /* and so many ticks ago */
+    bool any_range;  /* homing moved it, and it did not stand since */
 };
 
 enum stateful_stop_kind {
@@ -280,7 +281,7 @@ struct stateful_pressed {
 struct stateful_away {
     int64_t error_q32, vel_q32, demand_q32, t_ns;
     double told_q32; /* the fastest since it was followed last */
-    bool follows, against, beyond;
+    bool follows, against, beyond, faster;
     int ticks; /* of the controller since it was enabled */
     int count;
 };

@@ -181,18 +181,35 @@ static void judge_button(struct stateful *bench)
 /* --- an axis that runs away -------------------------------------------------- */
 
 /* Over the largest following error that there may be, which grows: away from
- * where it should be, faster and faster, and by a quarter, and an eighth of its limit,
- * faster than that went on itself when it was followed last. */
+ * where it should be, faster and faster, and faster than this. */
+static bool moves_away(const struct stateful *bench, unsigned i,
+                       const struct stateful_away *now,
+                       const struct stateful_away *before, double most_q32)
+{
+    return stateful_axis_follows(&bench->axis[i]) && !now->follows &&
+           llabs(now->error_q32) > llabs(before->error_q32) &&
+           llabs(now->vel_q32) > llabs(before->vel_q32) &&
+           fabs((double)now->vel_q32) > most_q32 &&
+           (now->error_q32 < 0) != (now->vel_q32 < 0);
+}
+
+/* By a quarter, and an eighth of its limit, faster than that went on itself when it was
+ * followed last: torque has to go.  By a thirty-second faster than what it is told: it
+ * may. */
 static bool runs_away(const struct stateful *bench, unsigned i,
                       const struct stateful_away *now,
                       const struct stateful_away *before)
 {
     const double least_q32 = (double)bench->axis_config[i].limit.vel_q32 / 8;
-    return stateful_axis_follows(&bench->axis[i]) && !now->follows &&
-           llabs(now->error_q32) > llabs(before->error_q32) &&
-           llabs(now->vel_q32) > llabs(before->vel_q32) &&
-           fabs((double)now->vel_q32) > now->told_q32 * 1.25 + least_q32 &&
-           (now->error_q32 < 0) != (now->vel_q32 < 0);
+    return moves_away(bench, i, now, before, now->told_q32 * 1.25 + least_q32);
+}
+
+static bool is_faster(const struct stateful *bench, unsigned i,
+                      const struct stateful_away *now,
+                      const struct stateful_away *before, double told_q32)
+{
+    const double creep_q32 = (double)bench->axis_config[i].limit.vel_q32 / 32;
+    return moves_away(bench, i, now, before, fabs(told_q32) + creep_q32);
 }
 
 static bool follows(const struct stateful *bench, unsigned i, int64_t error_q32)
@@ -248,6 +265,7 @@ static void judge_away(struct stateful *bench, unsigned i)
     away->follows = follows(bench, i, away->error_q32);
     away->against = is_against(bench, i, away, told_q32);
     away->beyond = is_beyond(bench, i, away);
+    away->faster = is_faster(bench, i, away, &before, told_q32);
     away->told_q32 =
         away->follows ? fabs(told_q32) : fmax(fabs(told_q32), before.told_q32);
     const bool is_new = away->t_ns != before.t_ns;
@@ -264,7 +282,7 @@ static bool any_runs_away(const struct stateful *bench)
 {
     for (unsigned i = 0; i < bench->axes; i++)
         if (bench->axis[i].runaway != 0 || bench->judge.away[i].against ||
-            bench->judge.away[i].beyond)
+            bench->judge.away[i].beyond || bench->judge.away[i].faster)
             return true;
     return false;
 }

@@ -97,6 +97,16 @@ static double larger_q32(int64_t a, int64_t b)
     return (double)(a > b ? a : b) / 0x1p32;
 }
 
+/* What began within the stop limits may outlast the stop that asked for it. */
+static bool outlasts(const struct stateful *bench,
+                     const struct stateful_past *past)
+{
+    const struct motion_clock_warp *warp = &bench->controller.warp;
+    return warp->t0_ns == past->hard_ns &&
+           bench->controller.clock_ns <=
+               warp->t0_ns + warp->dur_ns + bench->period_ns;
+}
+
 static void judge_acceleration(struct stateful *bench, unsigned i, bool hard)
 {
     const struct controller_axis_config *config = &bench->axis_config[i];
@@ -107,7 +117,9 @@ static void judge_acceleration(struct stateful *bench, unsigned i, bool hard)
     struct stateful_past *past = &bench->judge.past[i];
     const double step = fabs(second(past));
     const bool over = step > most * (1 + 1e-9) + UNITS(16);
-    past->is_hard = hard || (past->is_hard && over);
+    if (hard)
+        past->hard_ns = bench->controller.warp.t0_ns;
+    past->is_hard = hard || (past->is_hard && (over || outlasts(bench, past)));
     if (past->is_hard ? step > most_hard * (1 + 1e-9) + UNITS(16) : over)
         stateful_violate(bench, STATEFUL_ACCELERATION, (int)i,
                          "%.3f over %.3f unit/s2%s", step / t2,

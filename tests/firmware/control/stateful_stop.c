@@ -13,6 +13,7 @@
 #define YARDSTICKS        3 /* of the longest cubic ramp that it needs alone */
 #define YARDSTICKS_STATED 16
 #define TICKS             4 /* until acceleration can be gone, without a limit */
+#define FOUND_TICKS       3 /* until a change of rate has been found */
 #define DRIVE_TICKS       10
 #define RISE_TICKS        2000
 
@@ -143,21 +144,28 @@ static double forced(const struct stateful *bench, enum stateful_stop_kind kind,
 }
 
 /* How far the rate rises while r' > 0 is brought to zero by one J, as soon as
- * the limits of jerk leave one; until then r' rises where they force it to. */
+ * the limits of jerk leave one; until then r' rises where they force it to.  A J comes
+ * into force some ticks after the request (firmware/control/ramp_step.h), which TICKS
+ * allow for, so it is one that the path leaves there. */
 static double unavoidable(const struct stateful *bench,
                           enum stateful_stop_kind kind,
                           const struct motion_clock_rate *from)
 {
     struct rise at = { (double)from->s_ns_q12, (double)from->rate_q30 * 0x1p-30,
                        (double)from->accel_q30 * 0x1p-30 };
-    const double from_r = at.r;
+    double most = 0, waits = 0;
     for (int n = 0; n < RISE_TICKS && at.accel > 0; n++) {
         const double jerk = steepest_all_along(bench, kind, &at);
+        const double before = at.r;
         if (jerk > 0)
-            return at.r - from_r + at.accel * at.accel / (2 * jerk);
-        rise_tick(bench, &at, forced(bench, kind, &at));
+            most = fmax(most, waits + at.accel * at.accel / (2 * jerk));
+        if (jerk > 0 && n >= FOUND_TICKS)
+            return most;
+        rise_tick(bench, &at, jerk > 0 ? 0 : forced(bench, kind, &at));
+        if (jerk <= 0)
+            waits += at.r - before;
     }
-    return at.r - from_r;
+    return fmax(most, waits);
 }
 
 static double rate_allowance(const struct stateful *bench,
