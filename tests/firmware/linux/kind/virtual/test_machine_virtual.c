@@ -1,5 +1,6 @@
 /* tests/firmware/linux/kind/virtual/test_machine_virtual.c - a virtual axis in a
- * rig: beside one with a drive, alone, and what the commands say of it. */
+ * rig: beside one with a drive, alone, and what the commands say of it.
+ * Reads the real clock. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
 #include <string.h>
 
