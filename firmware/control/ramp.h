@@ -71,16 +71,20 @@ static inline int64_t ramp_rate_q30(const struct controller *controller)
     return rate_q30 < 0 ? -rate_q30 : rate_q30;
 }
 
+/* When what is in force has come to its rate. */
+static inline int64_t ramp_end_ns(const struct controller *controller)
+{
+    return controller->warp.t0_ns + controller->warp.dur_ns;
+}
+
 /* What a ramp may do beside a track at its peak: |r'| <= A, |r''| <= J. */
 struct ramp_bound {
     int64_t accel_q30; /* A, 1/s */
     int64_t jerk_q30;  /* J, 1/s2 */
 };
 
-/* ramp_bound.c.  Now: the state of the clock.  Bound: the A and J that alone would
- * use the whole of the limits at the peaks of the tracks, up to rate_q30. */
-struct motion_clock_rate
-controller_ramp_now(const struct controller *controller);
+/* ramp_bound.c: the A and J that alone would use the whole of the limits at the peaks
+ * of the tracks, up to rate_q30. */
 struct ramp_bound controller_ramp_bound(const struct controller *controller,
                                         int64_t rate_q30, bool stop);
 

@@ -18,15 +18,6 @@ int64_t controller_muldiv(int64_t a, int64_t b, int64_t c)
     return motion_fixed_muldiv(a, b, c, &result) < 0 ? INT64_MAX : result;
 }
 
-struct motion_clock_rate
-controller_ramp_now(const struct controller *controller)
-{
-    struct motion_clock_rate now;
-    motion_clock_warp_at(&controller->warp, controller->clock_ns, &now);
-    now.s_ns_q12 = ramp_least(now.s_ns_q12, controller->move_end_ns_q12);
-    return now;
-}
-
 bool controller_slows(const struct controller *controller)
 {
     return (controller->state == CONTROLLER_HOLDING ||

@@ -50,8 +50,7 @@ int64_t controller_step_bound_ns(const struct controller *controller, bool stop)
         rate_q30 =
             (fall.begin.rate_q56 + a_q56 / 2 * (ticks + 1)) / RAMP_Q30_Q56;
     } else if (warp->rate1_q30 > rate_q30) {
-        const int64_t left_ns =
-            warp->t0_ns + warp->dur_ns - controller->clock_ns;
+        const int64_t left_ns = ramp_end_ns(controller) - controller->clock_ns;
         ticks = ramp_ratio(ramp_most(left_ns, 0), period_ns);
         rate_q30 = warp->rate1_q30;
     }

@@ -27,11 +27,14 @@
 
 /* --- arithmetic of the tick ------------------------------------------------- */
 
-/* a / n, a >= 0, to 31 bits of a. */
-static inline int64_t step_div(int64_t a, int32_t n)
+/* a / n, to 31 bits of a, towards 0. */
+static int64_t step_div(int64_t a, int32_t n)
 {
-    const int shift = ramp_above(a, 31);
-    return (int64_t)((uint32_t)(a >> shift) / (uint32_t)n) << shift;
+    const int64_t size = ramp_size(a);
+    const int shift = ramp_above(size, 31);
+    const int64_t share = (int64_t)((uint32_t)(size >> shift) / (uint32_t)n)
+                          << shift;
+    return a < 0 ? -share : share;
 }
 
 /* 15/16 of it by a factor of at least 1/16: of what would just fit, as the place that
@@ -94,11 +97,8 @@ static void step_lay(struct controller_step *step, int64_t a, int32_t wait,
 {
     const bool is_down = step_distance(step) < 0;
     const int64_t first = wait > 0 ? peak - a : 0;
-    const int64_t away = wait == 0   ? 0
-                         : wait == 1 ? first
-                                     : (first < 0 ? -step_div(-first, wait)
-                                                  : step_div(first, wait));
-    const int64_t back = peak < 0 ? -step_div(-peak, n) : step_div(peak, n);
+    const int64_t away = wait > 1 ? step_div(first, wait) : first;
+    const int64_t back = step_div(peak, n);
     step->is_fall = false;
     step->n[0] = wait;
     step->n[1] = n;
@@ -143,8 +143,7 @@ static void step_further(struct controller_step *step)
         step_distance(step) < 0
             ? step->reach_q56
             : ramp_least(step->reach_q56, step->most_q56 >> STEP_RISE_BITS);
-    const int64_t away = ramp_least(reach_q56, room < 0 ? -step_div(-room, wait)
-                                                        : step_div(room, wait));
+    const int64_t away = ramp_least(reach_q56, step_div(room, wait));
     const int64_t peak =
         ramp_most(a + ramp_most(away, -step->back_q56) * wait, 0);
     const int32_t n = ramp_ratio(peak, step->back_q56);
@@ -164,8 +163,7 @@ static int32_t step_left(const struct controller *controller,
                          const struct motion_clock_rate *at)
 {
     const struct motion_clock_warp *warp = &controller->warp;
-    const int64_t left_ns =
-        warp->t0_ns + warp->dur_ns - controller->step.begin_ns;
+    const int64_t left_ns = ramp_end_ns(controller) - controller->step.begin_ns;
     if (at->jerk_q30 == 0 || (at->jerk_q30 < 0) == (at->accel_q30 < 0) ||
         warp->count == 0 || left_ns <= 0 ||
         left_ns > RAMP_TICKS_MAX * controller->config.period_ns)
@@ -195,18 +193,30 @@ static int32_t step_from_request(const struct controller_step *step,
     return step->is_asked && ticks > 0 ? ticks + 1 : ticks;
 }
 
+/* Of a span of one segment of every track. */
+static int32_t step_span_effort(const struct controller *controller)
+{
+    return (int32_t)controller->config.axis_count * STEP_EFFORT_AXIS +
+           STEP_EFFORT_SPAN + STEP_EFFORT_END;
+}
+
 /* Ticks until so many spans have been judged from now on, LEVEL at the most. */
 static int32_t step_span_ticks(const struct controller *controller, int spans)
 {
     const int effort = controller->config.effort;
-    const int span = (int)controller->config.axis_count * STEP_EFFORT_AXIS +
-                     STEP_EFFORT_SPAN + STEP_EFFORT_END;
-    const int left =
-        effort - controller->step.spent - spans * span - STEP_EFFORT_TAKE;
+    const int left = effort - controller->step.spent -
+                     spans * step_span_effort(controller) - STEP_EFFORT_TAKE;
     const int32_t ticks = left >= 0                           ? 0
                           : left + effort >= STEP_EFFORT_AXIS ? 1
                                                               : STEP_LEAD_LEVEL;
     return step_from_request(&controller->step, ticks);
+}
+
+/* The least r'' that is steeper than what has been judged along with the rise. */
+static int64_t step_steeper_least(const struct controller_step *step)
+{
+    const int64_t back_q56 = step->rise_q56[step->stop ? 1 : 0];
+    return back_q56 + back_q56 / 64;
 }
 
 /* r' > 0 is brought to 0 as has been judged along with the rise: a few ticks of that
@@ -216,7 +226,7 @@ static void step_steeper(struct controller_step *step, int32_t wait)
 {
     const int64_t a = step->from.accel_q56;
     const int64_t back_q56 = step->rise_q56[step->stop ? 1 : 0];
-    const int64_t least = back_q56 + back_q56 / 64;
+    const int64_t least = step_steeper_least(step);
     const int64_t slope = step_clip(step, ramp_most(step->reach_q56, least));
     if (a <= least)
         return;
@@ -319,9 +329,8 @@ static int64_t step_other(const struct controller_step *step,
 static void step_again(struct controller_step *step,
                        const struct controller_verdict *verdict)
 {
-    const int64_t back_q56 = step->rise_q56[step->stop ? 1 : 0];
     step_learn(step, verdict);
-    if (step->reach_q56 > back_q56 + back_q56 / 64)
+    if (step->reach_q56 > step_steeper_least(step))
         step_steeper(step, step->wait);
 }
 
@@ -423,7 +432,7 @@ static void step_judge(struct controller *controller)
         step->stage = STEP_READY;
 }
 
-/* --- once ------------------------------------------------------------------- */
+/* --- when a move is loaded, or a stop is asked for ----------------------------- */
 
 bool controller_step_fall(const struct controller *controller, bool stop,
                           struct controller_step_fall *fall)
@@ -434,7 +443,7 @@ bool controller_step_fall(const struct controller *controller, bool stop,
     struct motion_clock_rate now;
     int64_t accel_q56;
     if (step->rise_q56[0] == 0 || warp->count != 2 ||
-        controller->clock_ns - warp->t0_ns >= warp->dur_ns)
+        controller->clock_ns >= ramp_end_ns(controller))
         return false;
     motion_clock_warp_at(warp, controller->clock_ns, &now);
     (void)motion_fixed_mulshift(now.accel_q30, step->tick_q56, 30, &accel_q56);
@@ -455,10 +464,8 @@ bool controller_step_fall(const struct controller *controller, bool stop,
 static int32_t step_lead(const struct controller *controller)
 {
     const int32_t effort = controller->config.effort;
-    const int32_t span =
-        (int32_t)controller->config.axis_count * STEP_EFFORT_AXIS +
-        STEP_EFFORT_SPAN + STEP_EFFORT_END;
-    const int32_t all = STEP_EFFORT_MAKE + 2 * span + STEP_EFFORT_TAKE;
+    const int32_t all =
+        STEP_EFFORT_MAKE + 2 * step_span_effort(controller) + STEP_EFFORT_TAKE;
     const int32_t lead = all > effort ? (all - 1) / effort + 1 : 0;
     return lead < RAMP_LEAD_MAX ? lead : RAMP_LEAD_MAX;
 }
@@ -541,12 +548,6 @@ static bool step_aim(struct controller *controller)
     return true;
 }
 
-/* When what is in force has come to its rate. */
-static int64_t step_end_ns(const struct controller *controller)
-{
-    return controller->warp.t0_ns + controller->warp.dur_ns;
-}
-
 /* Than what is in force, which ends in the target? Where the candidate does not end
  * there: is it faster than that is at its begin, on the mean? */
 static bool step_is_sooner(const struct controller *controller)
@@ -557,7 +558,7 @@ static bool step_is_sooner(const struct controller *controller)
     const int64_t peak = ramp_size(step->peak_q56) >> 24;
     return step->is_finish
                ? step->begin_ns + (w + n) * controller->config.period_ns <
-                     step_end_ns(controller)
+                     ramp_end_ns(controller)
                : (peak - a) * w + (peak - 2 * a) * n > 0;
 }
 
@@ -669,7 +670,7 @@ static void step_search(struct controller *controller)
     bool is_made = false;
     if (!step_aim(controller) &&
         controller->warp.rate1_q30 == controller->wanted_q30 &&
-        step_end_ns(controller) <=
+        ramp_end_ns(controller) <=
             controller->clock_ns +
                 (int64_t)2 * RAMP_LEAD_MAX * controller->config.period_ns)
         return;

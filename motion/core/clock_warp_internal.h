@@ -15,7 +15,7 @@ static inline int64_t clock_warp_saturate(int negative)
 
 /* (a * b) >> bits to nearest, saturated; 1 <= bits <= 63, known to the
  * compiler.  What motion_fixed_mulshift gives, at a third of its price where a
- * product is a few instructions: a look along a ramp makes some twenty. */
+ * product is a few instructions. */
 #if FIXED_IS_SHORT
 FIXED_INLINE int64_t clock_warp_mul(int64_t a, int64_t b, unsigned bits)
 {
