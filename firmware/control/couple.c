@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "firmware/control/jog.h"
 #include "firmware/control/parts.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -286,11 +287,55 @@ static int couple_check(const struct controller *controller, unsigned axis,
                : MOTION_E_AWAY;
 }
 
+/* The axis stands, and so it does where the curve is now. */
+static bool couple_stands(const struct controller *controller, unsigned axis,
+                          const struct controller_cam *cam)
+{
+    const struct controller_axis *master = &controller->axis[cam->master];
+    const struct controller_axis *own = &controller->axis[axis];
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample curve;
+    motion_track_sample(cam->track, &cursor,
+                        controller_cam_ns_q12(cam, master->target.pos_q32),
+                        &curve);
+    return own->target.vel_q32 == 0 && own->target.acc_q32 == 0 &&
+           curve.vel_q32 == 0 && curve.acc_q32 == 0;
+}
+
+/* The jog of the master is planned anew, by what the cam leaves of its limits and
+ * of its range; it must be within the former now. */
+static int couple_on_the_way(struct controller *controller, unsigned axis,
+                             const struct controller_cam *cam)
+{
+    const struct controller_axis *master = &controller->axis[cam->master];
+    struct motion_clock_limit most = controller->config.axis[cam->master].limit;
+    const struct controller_jog_goal goal = {
+        .axis = cam->master,
+        .pos_q32 = master->track->end.pos_q32,
+        .vel_q32 = controller_peak(master->track, MOTION_VEL),
+        .until_ns = controller->jog->until_ns,
+    };
+    if (!couple_stands(controller, axis, cam))
+        return MOTION_E_AWAY;
+    couple_reduce(cam, &controller->config.axis[axis].limit, &most);
+    if (motion_fixed_abs(master->target.vel_q32) > (uint64_t)most.vel_q32 ||
+        motion_fixed_abs(master->target.acc_q32) > (uint64_t)most.acc_q32)
+        return MOTION_E_LIMIT;
+    controller->axis[axis].cam = cam;
+    const int err = controller_jog_run(controller, controller->jog, &goal);
+    if (err < 0)
+        controller->axis[axis].cam = NULL;
+    return err;
+}
+
 int controller_couple(struct controller *controller, unsigned axis,
                       const struct controller_cam *cam)
 {
     const unsigned count = controller->config.axis_count;
-    if (controller->state != CONTROLLER_READY || controller->homing)
+    const bool moves = controller->state == CONTROLLER_MOVING &&
+                       controller->jog != NULL &&
+                       controller->jog->axis == cam->master;
+    if ((controller->state != CONTROLLER_READY && !moves) || controller->homing)
         return MOTION_E_STATE;
     if (axis >= count || cam->master >= count || cam->master == axis ||
         couple_is_master(controller, axis) ||
@@ -301,6 +346,8 @@ int controller_couple(struct controller *controller, unsigned axis,
     if (controller->axis[axis].cam != NULL)
         return MOTION_E_STATE;
     const int err = couple_check(controller, axis, cam);
+    if (err == MOTION_OK && moves)
+        return couple_on_the_way(controller, axis, cam);
     if (err == MOTION_OK)
         controller->axis[axis].cam = cam;
     return err;

@@ -41,11 +41,15 @@ int controller_cam_init(struct controller_cam *cam);
 /* Its time at a place of the master, which is within it but for rounding. */
 int64_t controller_cam_ns_q12(const struct controller_cam *cam, int64_t m_q32);
 
-/* In READY: the axis follows from now on; the cam must outlive that.
- * MOTION_E_STATE; MOTION_E_ARG: the master is the axis itself, is coupled to
- * another, or either goes by a profile of its drive's; MOTION_E_UNHOMED;
- * MOTION_E_LIMIT: the curve leaves the range of the axis, or the master stands
- * outside of it; MOTION_E_AWAY: the axis does not stand where the curve is. */
+/* In READY, or while the master is jogged: the axis follows from now on; the cam
+ * must outlive that.  Of a master that moves the curve has to begin with a
+ * stretch on which the axis stands (gear.h), else MOTION_E_AWAY; its jog is
+ * planned anew by what the curve leaves of its limits and its range, and where it
+ * is faster than these now, that is MOTION_E_LIMIT.  MOTION_E_STATE; MOTION_E_ARG:
+ * the master is the axis itself, is coupled to another, or either goes by a profile
+ * of its drive's; MOTION_E_UNHOMED; MOTION_E_LIMIT: the curve leaves the range of the
+ * axis, or the master stands outside of it; MOTION_E_AWAY: the axis does not stand
+ * where the curve is. */
 int controller_couple(struct controller *controller, unsigned axis,
                       const struct controller_cam *cam);
 /* In READY, else MOTION_E_STATE. */

@@ -1,8 +1,9 @@
 /* firmware/linux/service/commands_couple.c - the commands that let an axis follow
- * another; see command_line.h and firmware/control/couple.h. */
+ * another; see command_line.h and firmware/control/couple.h, gear.h. */
 #include <math.h>
 #include <stdlib.h>
 
+#include "firmware/control/gear.h"
 #include "firmware/linux/service/command_line.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -10,6 +11,8 @@
 #define COUPLE_KEYS_MAX  1000
 #define COUPLE_VALUE_MAX 1e9
 #define COUPLE_RATIO_MAX 1000.0
+#define COUPLE_OVER_MAX  1e6
+#define COUPLE_AHEAD     10 /* 1 / s: what the tick may take to take it */
 #define COUPLE_S_NS_Q12  (INT64_C(1000000000) * MOTION_FIXED_NS_Q12)
 
 void service_cam_free(struct service_control *control)
@@ -38,46 +41,63 @@ static bool couple_axes(const struct command_line *line, unsigned *axis,
     return true;
 }
 
-/* The spare one becomes what is sent: the tick may have the other. */
-static void couple_send(const struct command_line *line, unsigned axis,
-                        unsigned master, const struct plan_axis *curve)
+/* The spare one becomes what is sent: the tick may have the other.  NULL: it has
+ * been refused. */
+static struct controller_cam *couple_spare(const struct command_line *line,
+                                           unsigned axis, unsigned master,
+                                           struct motion_track **track)
 {
     struct service_cam *own = &line->control->cam[axis];
     const unsigned spare = 1 - own->which;
-    struct controller_cam *cam = &own->cam[spare];
-    struct motion_track *track = &own->track[spare];
-    const struct plan_key *last = &curve->key[curve->key_count - 1];
-    struct plan_error error;
-    int64_t long_q32;
     if (line->control->waits) {
         command_line_refuse(line, "BUSY", "another command is on its way");
-        return;
+        return NULL;
     }
-    plan_track_free(track);
-    int err = plan_axis_track(curve, track, &error);
+    *track = &own->track[spare];
+    plan_track_free(*track);
+    own->cam[spare] = (struct controller_cam){ .master = master };
+    return &own->cam[spare];
+}
+
+/* `err`: what became of making it. */
+static void couple_send_cam(const struct command_line *line, unsigned axis,
+                            const struct controller_cam *cam, int err)
+{
+    const struct mailbox_entry entry = { .command = MAILBOX_COUPLE,
+                                         .axis = axis,
+                                         .cam = cam };
+    if (err < 0)
+        command_line_refuse(line, command_line_error(err),
+                            err == MOTION_E_DISCONTINUITY
+                                ? "the slope of the curve steps, expected a "
+                                  "curve without corners, such as c2"
+                                : motion_err_text(err));
+    else
+        command_line_send(line, &entry);
+}
+
+static void couple_send(const struct command_line *line, unsigned axis,
+                        unsigned master, const struct plan_axis *curve)
+{
+    const struct service_cam *own = &line->control->cam[axis];
+    const struct plan_key *last = &curve->key[curve->key_count - 1];
+    struct motion_track *track;
+    struct controller_cam *cam = couple_spare(line, axis, master, &track);
+    struct plan_error error;
+    int64_t long_q32;
+    if (cam == NULL)
+        return;
+    const int err = plan_axis_track(curve, track, &error);
     if (err < 0) {
         command_line_refuse(line, command_line_error(err), error.text);
         return;
     }
     (void)motion_fixed_muldiv(last->key.t_ns_q12, MOTION_FIXED_ONE_Q32,
                               COUPLE_S_NS_Q12, &long_q32);
-    *cam = (struct controller_cam){ .master = master,
-                                    .track = track,
-                                    .low_q32 = own->low_q32,
-                                    .high_q32 = own->low_q32 + long_q32 };
-    err = controller_cam_init(cam);
-    if (err < 0) {
-        command_line_refuse(line, command_line_error(err),
-                            err == MOTION_E_DISCONTINUITY
-                                ? "the slope of the curve steps, expected a "
-                                  "curve without corners, such as c2"
-                                : motion_err_text(err));
-        return;
-    }
-    const struct mailbox_entry entry = { .command = MAILBOX_COUPLE,
-                                         .axis = axis,
-                                         .cam = cam };
-    command_line_send(line, &entry);
+    cam->track = track;
+    cam->low_q32 = own->low_q32;
+    cam->high_q32 = own->low_q32 + long_q32;
+    couple_send_cam(line, axis, cam, controller_cam_init(cam));
 }
 
 void service_cam_taken(struct service_control *control, unsigned axis)
@@ -114,6 +134,45 @@ static void couple_ends(int64_t m_q32, int64_t f_q32,
                up ? high_q32 : low_q32);
 }
 
+/* Onto a master that may move: it begins a little further on than it comes until
+ * the tick has taken it. */
+static void gear_engage(const struct command_line *line, unsigned axis,
+                        unsigned master, int64_t ratio_q32, int64_t over_q32)
+{
+    const struct service_control *control = line->control;
+    const struct plan_limit *of = &control->rig->axis[axis].limit;
+    const struct plan_limit *by = &control->rig->axis[master].limit;
+    const struct machine_view_axis *at = &control->state->view.axis[master];
+    const int64_t sign = over_q32 < 0 ? -1 : 1;
+    const int64_t ahead_q32 =
+        (int64_t)(motion_fixed_abs(at->vel_q32) / COUPLE_AHEAD) + 1;
+    struct controller_gear gear = {
+        .ratio_q32 = ratio_q32,
+        .place_q32 = control->state->view.axis[axis].demand_q32,
+        .begin_q32 = at->demand_q32 + sign * ahead_q32,
+        .over_q32 = sign * over_q32,
+        .low_q32 = by->pos_min_q32,
+        .high_q32 = by->pos_max_q32,
+        .is_backwards = over_q32 < 0,
+    };
+    struct motion_track *track;
+    struct controller_cam *cam = couple_spare(line, axis, master, &track);
+    if (cam == NULL)
+        return;
+    /* the straight line is that through its place in the middle of `over` */
+    couple_ends(gear.begin_q32 + over_q32 / 2, gear.place_q32, of, ratio_q32,
+                &gear.low_q32, &gear.high_q32);
+    if (gear.is_backwards)
+        gear.high_q32 = by->pos_max_q32;
+    else
+        gear.low_q32 = by->pos_min_q32;
+    track->segment = calloc(CONTROLLER_GEAR_SEGMENTS, sizeof *track->segment);
+    track->capacity = track->segment != NULL ? CONTROLLER_GEAR_SEGMENTS : 0;
+    const int err = controller_gear_cam(&gear, track, cam);
+    couple_send_cam(line, axis, cam,
+                    err == MOTION_E_ARG ? MOTION_E_LIMIT : err);
+}
+
 /* A straight line through where both stand, as far as both ranges go. */
 void command_gear(const struct command_line *line)
 {
@@ -123,10 +182,12 @@ void command_gear(const struct command_line *line)
                                .key = key,
                                .key_count = 2 };
     unsigned axis, master;
-    double ratio;
+    double ratio, over;
     if (!couple_axes(line, &axis, &master) ||
         !command_line_number(line, "ratio", -COUPLE_RATIO_MAX, COUPLE_RATIO_MAX,
-                             (double)NAN, &ratio))
+                             (double)NAN, &ratio) ||
+        !command_line_number(line, "over", -COUPLE_OVER_MAX, COUPLE_OVER_MAX, 0,
+                             &over))
         return;
     const int64_t ratio_q32 = llrint(ratio * (double)MOTION_FIXED_ONE_Q32);
     const struct plan_limit *of = &control->rig->axis[axis].limit;
@@ -138,6 +199,11 @@ void command_gear(const struct command_line *line)
         command_line_refuse(line, "ARG",
                             "\"ratio\": expected one that is not "
                             "0; \"uncouple\" ends a gear");
+        return;
+    }
+    if (over != 0) {
+        gear_engage(line, axis, master, ratio_q32,
+                    llrint(over * (double)MOTION_FIXED_ONE_Q32));
         return;
     }
     couple_ends(m_q32, f_q32, of, ratio_q32, &low_q32, &high_q32);

@@ -3,8 +3,10 @@
 #include "firmware/control/couple.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "firmware/control/gear.h"
 #include "firmware/control/jog.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -251,6 +253,117 @@ static void while_coupled_the_follower_is_not_jogged(void **state)
     until_ready();
 }
 
+/* --- onto a master that moves --------------------------------------------- */
+
+/* The follower from where it stands, once the master has gone `ahead` further. */
+static int engage(double ratio, double ahead, double over, bool is_backwards)
+{
+    const int64_t m_q32 = axes[MASTER].target.pos_q32;
+    const int64_t ahead_q32 = llrint(ahead * (double)UNIT);
+    const struct controller_gear gear = {
+        .ratio_q32 = llrint(ratio * (double)UNIT),
+        .place_q32 = axes[FOLLOWER].target.pos_q32,
+        .begin_q32 = is_backwards ? m_q32 - ahead_q32 : m_q32 + ahead_q32,
+        .over_q32 = llrint(over * (double)UNIT),
+        .low_q32 = -95 * UNIT,
+        .high_q32 = 95 * UNIT,
+        .is_backwards = is_backwards,
+    };
+    plan_track_free(&track);
+    track.segment = calloc(CONTROLLER_GEAR_SEGMENTS, sizeof *track.segment);
+    track.capacity = CONTROLLER_GEAR_SEGMENTS;
+    cam.master = MASTER;
+    const int err = controller_gear_cam(&gear, &track, &cam);
+    return err < 0 ? err : controller_couple(&controller, FOLLOWER, &cam);
+}
+
+/* Engaged on the way: at no tick a step of place, speed or acceleration (judge),
+ * then at the ratio, also where the master turns round. */
+static void a_gear_is_engaged_onto_a_master_that_moves(void **state)
+{
+    static const double ratio[] = { 1, -0.5, 0.3 };
+    (void)state;
+    for (size_t i = 0; i < 2 * ARRAY_LEN(ratio); i++) {
+        const bool back = i >= ARRAY_LEN(ratio);
+        const double r = ratio[i % ARRAY_LEN(ratio)], way = back ? -1 : 1;
+        assert_int_equal(begin(NULL), 0);
+        assert_int_equal(go(MASTER, 80 * way, 20), MOTION_OK);
+        for (int n = 0; n < 500; n++)
+            tick(false);
+        assert_int_equal(engage(r, 1, 12, back), MOTION_OK);
+        const double m0 = q32(axes[MASTER].target.pos_q32) + way;
+        until_ready();
+        /* half of the distance was left on the way to the ratio */
+        assert_true(fabs(q32(axes[MASTER].target.pos_q32) - 80 * way) < 1e-9);
+        assert_true(fabs(q32(axes[FOLLOWER].target.pos_q32) -
+                         r * (80 * way - m0 - 6 * way)) < 1e-7);
+        assert_int_equal(go(MASTER, 60 * way, 20), MOTION_OK);
+        until_ready();
+        assert_true(fabs(q32(axes[FOLLOWER].target.pos_q32) -
+                         r * (60 * way - m0 - 6 * way)) < 1e-7);
+        /* back through the blend, to where it stood */
+        assert_int_equal(go(MASTER, 0, 20), MOTION_OK);
+        until_ready();
+        assert_true(fabs(q32(axes[FOLLOWER].target.pos_q32)) < 1e-7);
+    }
+}
+
+/* Stopped and turned round anywhere within the blend. */
+static void what_the_master_does_meanwhile_is_followed(void **state)
+{
+    (void)state;
+    for (int when = 0; when < 1000; when += 90) {
+        assert_int_equal(begin(NULL), 0);
+        assert_int_equal(go(MASTER, 80, 20), MOTION_OK);
+        for (int n = 0; n < 500; n++)
+            tick(false);
+        assert_int_equal(engage(1, 0.5, 12, false), MOTION_OK);
+        for (int n = 0; n < when; n++)
+            tick(false);
+        controller_jog_stop(&controller, &jog, when % 180 == 0);
+        for (int n = 0; n < 2000; n++)
+            tick(true);
+        assert_int_equal(controller.state, CONTROLLER_READY);
+        assert_int_equal(go(MASTER, 0, 20), MOTION_OK);
+        until_ready();
+        assert_true(fabs(q32(axes[FOLLOWER].target.pos_q32)) < 1e-7);
+        assert_int_equal(controller.fault.fault, CONTROLLER_FAULT_NONE);
+    }
+}
+
+static void what_cannot_be_engaged_is_refused(void **state)
+{
+    (void)state;
+    assert_int_equal(go(MASTER, 80, 50), MOTION_OK);
+    for (int n = 0; n < 500; n++)
+        tick(false);
+    /* 1.5 * 50^2 / 2 is far above its acceleration */
+    assert_int_equal(engage(1, 1, 2, false), MOTION_E_LIMIT);
+    /* it is past where that begins */
+    assert_int_equal(engage(1, -2, 40, false), MOTION_E_AWAY);
+    /* the curve is where the axis stands, and does not stand */
+    const double m = q32(axes[MASTER].target.pos_q32);
+    const double line[] = { -90 - m, 90 - m };
+    assert_int_equal(couple(-90, 180, line, 2, PLAN_CURVE_LINEAR),
+                     MOTION_E_LIMIT);
+    const double half[] = { (-90 - m) / 2, (90 - m) / 2 };
+    assert_int_equal(couple(-90, 180, half, 2, PLAN_CURVE_LINEAR),
+                     MOTION_E_AWAY);
+    assert_int_equal(engage(0, 1, 20, false), MOTION_E_ARG);
+    assert_int_equal(engage(1, 1, 0, false), MOTION_E_ARG);
+    assert_int_equal(engage(1, 1, 94, false), MOTION_E_ARG);
+    /* the follower would leave its range */
+    assert_int_equal(engage(9, 1, 40, false), MOTION_E_LIMIT);
+    assert_null(axes[FOLLOWER].cam);
+    until_ready();
+    assert_true(fabs(q32(axes[MASTER].target.pos_q32) - 80) < 1e-9);
+    /* another axis moves */
+    assert_int_equal(go(OTHER, 10, 10), MOTION_OK);
+    tick(false);
+    assert_int_equal(engage(1, 1, 10, true), MOTION_E_STATE);
+    until_ready();
+}
+
 /* --- under moves --------------------------------------------------------- */
 
 /* 60 units of the master and back, and what it makes of the follower. */
@@ -411,6 +524,9 @@ int main(void)
         RUN(a_jog_ends_in_time_where_the_curve_does),
         RUN(any_cam_keeps_both_axes_inside_their_limits),
         RUN(what_cannot_be_coupled_is_refused),
+        RUN(a_gear_is_engaged_onto_a_master_that_moves),
+        RUN(what_the_master_does_meanwhile_is_followed),
+        RUN(what_cannot_be_engaged_is_refused),
         RUN(while_coupled_the_follower_is_not_jogged),
         RUN(a_move_takes_the_follower_with_it),
         RUN(a_fault_stops_both_along_the_move),

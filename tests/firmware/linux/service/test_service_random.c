@@ -390,8 +390,11 @@ static bool compose(unsigned which, char *text, size_t size)
     else if (strcmp(name, "go") == 0)
         compose_go(to, size);
     else if (strcmp(name, "gear") == 0)
-        snprintf(to, size, ",\"axis\":\"lift\",\"to\":\"slide\",\"ratio\":%.2f",
-                 (int)pick_below(400) / 100.0 - 2);
+        snprintf(to, size,
+                 ",\"axis\":\"lift\",\"to\":\"slide\",\"ratio\":%.2f%s%.1f",
+                 (int)pick_below(400) / 100.0 - 2,
+                 pick_below(2) ? ",\"over\":" : ",\"x\":",
+                 (int)pick_below(800) / 2.0 - 200);
     else if (strcmp(name, "cam") == 0)
         snprintf(to, size,
                  ",\"axis\":\"lift\",\"to\":\"slide\",\"keys\":[[-200,%u],"
@@ -697,8 +700,9 @@ static const char *sensible(void)
                                          "jog",  "start", "approach", "jog",
                                          "go",   "go" };
     static const char *const coupled[] = { "jog", "jog", "jog", "uncouple" };
-    static const char *const moving[] = { "hold",     "reverse", "override",
-                                          "jog stop", "jog",     "stop" };
+    static const char *const moving[] = { "hold", "reverse",  "override",
+                                          "gear", "jog stop", "jog",
+                                          "stop" };
     static const char *const holding[] = { "resume",   "reverse", "go",
                                            "override", "resume",  "stop" };
     const struct controller_axis *axis = bench.machine.controller.axis;
