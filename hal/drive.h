@@ -159,6 +159,19 @@ enum hal_drive_track {
     HAL_DRIVE_TRACK_PLAYING, /* has begun at that time */
 };
 
+/* A change of the rate at which tracks are sampled, which begins and is the same
+ * on all clocks of a move: from a constant rate to rate_q30, r' to its peak in
+ * `change` times tick_ns, at it for `flat` of them, and back in as many as it came
+ * (firmware/control/together.h).  A drive's clock that stands is in step
+ * with ours from at_ns on; one that goes is so since it began, and begins when
+ * it is since_ns further than then. */
+struct hal_drive_ramp {
+    int64_t rate_q30, tick_ns;
+    int32_t change, flat; /* ticks */
+    int64_t at_ns;        /* on the time of begin() */
+    int64_t since_ns;     /* -1: the clock stands */
+};
+
 /* Of a drive that samples whole tracks by itself, on a clock of its own.  It is
  * given set points all the same, which say where its axis should be by ours,
  * and of which it sends none; its feedback is judged by them.  After a stop it
@@ -175,6 +188,12 @@ struct hal_drive_tracks {
      * at rate_q30.  Not begun then, it does not begin at all.  MOTION_E_STATE
      * unless LOADED. */
     int (*start)(struct hal_drive *drive, int64_t start_ns, int64_t rate_q30);
+    /* While PLAYING, or about to, else MOTION_E_STATE.  MOTION_E_AGAIN: it has
+     * not said yet that it will, or is to begin another first; ask again, with
+     * the same.  MOTION_E_RANGE: no tick of its own is then.  What it then does
+     * not do is a fault of the drive.  NULL: it has the rate that it began
+     * with. */
+    int (*ramp)(struct hal_drive *drive, const struct hal_drive_ramp *ramp);
     /* Along its path to rest; what is loaded is forgotten. */
     void (*stop)(struct hal_drive *drive);
 };

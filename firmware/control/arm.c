@@ -117,7 +117,7 @@ static bool arm_all(const struct playback *playback, enum hal_drive_track state)
     return true;
 }
 
-static int64_t arm_lead_ns(const struct playback *playback)
+int64_t playback_arm_lead_ns(const struct playback *playback)
 {
     int64_t most_ns = playback->controller->config.period_ns;
 
@@ -141,7 +141,7 @@ static int arm_tell(struct playback *playback)
 
     if (rate_q30 <= 0)
         return MOTION_E_LIMIT;
-    playback->start_ns = controller->now_ns + arm_lead_ns(playback);
+    playback->start_ns = controller->now_ns + playback_arm_lead_ns(playback);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         const int err = !arm_is_in_it(playback, i)
                             ? MOTION_OK
@@ -178,6 +178,7 @@ static int arm_waiting(struct playback *playback)
     if (late_ns > ARM_LATE_NS || !arm_all(playback, HAL_DRIVE_TRACK_WAITING))
         return MOTION_E_TIMEOUT;
     playback->arm = PLAYBACK_RUNNING;
+    playback_ramp_begin(playback);
     return controller_resume(controller);
 }
 
@@ -206,8 +207,7 @@ static bool arm_goes_on(const struct playback *playback)
     return controller->stops == playback->stops &&
            (controller->state == CONTROLLER_MOVING ||
             controller->state == CONTROLLER_READY ||
-            (controller->state == CONTROLLER_HOLDING &&
-             playback_is_arming(playback)));
+            controller->state == CONTROLLER_HOLDING);
 }
 
 bool playback_arm_step(struct playback *playback)
@@ -226,6 +226,8 @@ bool playback_arm_step(struct playback *playback)
         err = arm_waiting(playback);
     else if (playback->controller->state == CONTROLLER_READY)
         err = arm_ending(playback);
+    else
+        err = playback_ramp_step(playback);
     if (err < 0)
         arm_fail(playback, err);
     return playback_is_arming(playback) ||
@@ -241,6 +243,8 @@ int playback_hold(struct playback *playback)
         !(controller_in_motion(playback->controller) &&
           playback_any_samples(playback)))
         return controller_hold(playback->controller);
+    if (playback->arm == PLAYBACK_RUNNING && playback_ramps(playback))
+        return playback_ramp_ask(playback, 0);
     controller_stop(playback->controller);
     return MOTION_OK;
 }
@@ -252,6 +256,12 @@ int playback_resume(struct playback *playback)
 
     if (!playback_any_samples(playback))
         return controller_resume(playback->controller);
+    if (controller->state == CONTROLLER_HOLDING &&
+        playback->arm == PLAYBACK_RUNNING)
+        return playback_ramp_ask(playback, controller->override_q30 <
+                                                   controller->override_max_q30
+                                               ? controller->override_q30
+                                               : controller->override_max_q30);
     if (playback->arm != PLAYBACK_UNARMED ||
         controller->state != CONTROLLER_HOLDING ||
         controller->rate.s_ns_q12 != 0 || !controller_clock_stands(controller))
@@ -275,8 +285,13 @@ int playback_override(struct playback *playback, int64_t rate_q30)
 {
     const struct controller *controller = playback->controller;
 
+    const bool stands = controller->state == CONTROLLER_HOLDING &&
+                        controller_clock_stands(controller);
+
     if (controller_in_motion(controller) && controller->jog == NULL &&
-        playback_any_samples(playback))
-        return MOTION_E_STATE;
+        !stands && playback_any_samples(playback))
+        return playback->arm == PLAYBACK_RUNNING && rate_q30 > 0
+                   ? playback_ramp_ask(playback, rate_q30)
+                   : MOTION_E_STATE;
     return controller_override(playback->controller, rate_q30);
 }

@@ -15,6 +15,17 @@ bool playback_any_samples(const struct playback *playback);
  * begun once all of them have what they need. */
 int playback_arm_start(struct playback *playback,
                        const struct motion_track *const track[]);
+/* arm_ramp.c.  Can all that take part change their rate together?  Ask: to this
+ * rate, as soon as all have been told.  Begin: all clocks are in step from here
+ * on, and nothing is asked for.  Step: after every tick; an error: not all would,
+ * or none was found. */
+bool playback_ramps(const struct playback *playback);
+int playback_ramp_ask(struct playback *playback, int64_t rate_q30);
+void playback_ramp_begin(struct playback *playback);
+int playback_ramp_step(struct playback *playback);
+/* How far ahead the slowest of them has to be told. */
+int64_t playback_arm_lead_ns(const struct playback *playback);
+
 /* After every tick: true while they are not ready, or not at the end yet. */
 bool playback_arm_step(struct playback *playback);
 

@@ -204,7 +204,7 @@ static int64_t controller_rate(const struct controller *controller)
 }
 
 /* Only windows run out; for others it would be work for nothing. */
-static void controller_set_reserve(struct controller *controller)
+void controller_set_reserve(struct controller *controller)
 {
     const int64_t rate_q30 =
         controller->rate.rate_q30 > controller->override_q30

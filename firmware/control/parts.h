@@ -109,6 +109,8 @@ void controller_axis_play(struct controller_axis *axis,
 bool controller_admit(struct controller *controller, unsigned index,
                       const struct motion_track *track);
 void controller_play(struct controller *controller, int64_t rate_q30);
+/* command.c: of windows, what a stop from the rate there is or is to be needs. */
+void controller_set_reserve(struct controller *controller);
 /* command.c: the drives are asked to enable, once none has torque; false: one
  * still has. */
 bool controller_ask(struct controller *controller);

@@ -22,8 +22,10 @@
  *
  * Drives that sample tracks by themselves (hal/drive.h) are given theirs before
  * each motion: the controller is cued and held meanwhile (arm.c), and all begin
- * at one time.  Such a motion has the speed that it began with: it is neither
- * held, which stops it, nor reversed, nor begun in its middle. */
+ * at one time.  A hold, a resume and an override of such a motion begin in a
+ * tick that all have been told before (arm_ramp.c), and take all clocks through
+ * the same rates: all come to rest at one place of the path.  Where a drive has
+ * no such thing a hold is a stop.  It is not reversed, nor begun in its middle. */
 #ifndef FIRMWARE_CONTROL_PLAYBACK_H
 #define FIRMWARE_CONTROL_PLAYBACK_H
 
@@ -32,6 +34,7 @@
 
 #include "firmware/control/controller.h"
 #include "firmware/control/jog.h"
+#include "firmware/control/together.h"
 
 /* A new goal must come within this time while a jog goes on. */
 #define PLAYBACK_JOG_MAX_NS INT64_C(2000000000)
@@ -68,6 +71,19 @@ struct playback_axis {
     bool is_armed; /* its drive has the track */
 };
 
+/* A change of the rate that drives that sample by themselves go along with. */
+struct playback_ramp {
+    bool is_wanted; /* to wanted_q30, once the clock is steady */
+    int64_t wanted_q30;
+    int64_t wanted_ns; /* since when */
+    int32_t ticks;     /* ahead at least, to be judged by all */
+    bool is_told;      /* `ramp`, which begins at begin_ns on the clock */
+    struct controller_ramp ramp;
+    int64_t at_ns, begin_ns;
+    int64_t since_ns;  /* on it, -1: from rest */
+    int64_t anchor_ns; /* where all clocks were in step last */
+};
+
 struct playback {
     struct controller *controller;
     struct controller_jog *jog; /* NULL: none can be jogged */
@@ -85,6 +101,7 @@ struct playback {
     int err;        /* why the last one could not begin; MOTION_OK */
     enum playback_arm arm;
     int64_t arm_ns, start_ns; /* since when; path time 0 of what is armed */
+    struct playback_ramp ramp;
 };
 
 /* `axis`: one per axis of the controller; NULL: nothing can be loaded.  What is
@@ -113,10 +130,13 @@ int playback_begin(struct playback *playback, int64_t at_ns_q12,
                    enum playback_then then);
 
 /* controller_hold and controller_resume; of a motion that drives sample by
- * themselves a stop, and MOTION_E_STATE but where it has not begun. */
+ * themselves as soon as all have been told, a hold also after the change that is
+ * under way.  Where one of them has a rate of its own only: a stop, and
+ * MOTION_E_STATE. */
 int playback_hold(struct playback *playback);
 int playback_resume(struct playback *playback);
-/* controller_override; MOTION_E_STATE while drives sample by themselves. */
+/* controller_override; while drives sample by themselves as soon as all have
+ * been told, MOTION_E_STATE where one cannot be, or at 0 %. */
 int playback_override(struct playback *playback, int64_t rate_q30);
 /* Are drives being given what they are to sample? */
 bool playback_is_arming(const struct playback *playback);

@@ -668,6 +668,13 @@ static void step_search(struct controller *controller)
 {
     struct controller_step *step = &controller->step;
     bool is_made = false;
+    if (step->told.state != CONTROLLER_TOLD_NONE &&
+        controller_told_goes_on(controller)) {
+        while (controller->config.effort - step->spent >= STEP_EFFORT_AXIS &&
+               controller_told_judge(controller))
+            step->spent += STEP_EFFORT_AXIS;
+        return;
+    }
     if (!step_aim(controller) &&
         controller->warp.rate1_q30 == controller->wanted_q30 &&
         ramp_end_ns(controller) <=

@@ -272,6 +272,9 @@ static int registers_do(struct mcu_registers *self, enum mcu_command command,
         return controller_reset(controller);
     case MCU_COMMAND_OVERRIDE:
         return controller_override(controller, value);
+    case MCU_COMMAND_RAMP: /* in a tick alone */
+        return self->waiting.command == 0 ? MOTION_E_ARG
+                                          : controller_ramp_take(controller);
     case MCU_COMMAND_WATCH:
     case MCU_COMMAND_CLOCK:
         break;
@@ -287,7 +290,8 @@ static int registers_wait(struct mcu_registers *self, enum mcu_command command,
     const uint32_t ahead = at - unit->tick;
 
     if (command != MCU_COMMAND_START && command != MCU_COMMAND_HOLD &&
-        command != MCU_COMMAND_RESUME && command != MCU_COMMAND_OVERRIDE)
+        command != MCU_COMMAND_RESUME && command != MCU_COMMAND_OVERRIDE &&
+        command != MCU_COMMAND_RAMP)
         return MOTION_E_ARG;
     if (unit->axis_count == 0)
         return MOTION_E_STATE;
@@ -298,6 +302,40 @@ static int registers_wait(struct mcu_registers *self, enum mcu_command command,
     self->waiting = (struct mcu_waiting){ (uint16_t)command, value, at,
                                           unit->controller.state };
     return 1;
+}
+
+/* Judged from now on until its tick. */
+static int registers_expect(struct mcu_registers *self, const uint16_t *value)
+{
+    struct controller *controller = &self->unit->controller;
+    const uint32_t ahead = self->waiting.at - self->unit->tick - 1;
+    const struct controller_ramp ramp = {
+        .rate_q30 = self->waiting.value,
+        .tick_ns = (int32_t)mcu_words_get(value + MCU_RAMP_TICK, 2),
+        .change = (int32_t)mcu_words_get(value + MCU_RAMP_CHANGE, 2),
+        .flat = (int32_t)mcu_words_get(value + MCU_RAMP_FLAT, 2),
+    };
+    const int err = controller_ramp_expect(
+        controller, &ramp,
+        controller->clock_ns + ahead * controller->config.period_ns);
+    if (err < 0)
+        self->waiting.command = 0;
+    return err;
+}
+
+/* In the tick that it says. */
+static int registers_tell(struct mcu_registers *self, enum mcu_command command,
+                          const uint16_t *value, unsigned count)
+{
+    const bool is_ramp = command == MCU_COMMAND_RAMP;
+    if (is_ramp != (count == MCU_COMMAND_RAMP_WORDS))
+        return MOTION_E_ARG;
+    const int waits =
+        registers_wait(self, command, (uint32_t)mcu_words_get(value + 2, 2),
+                       (uint32_t)mcu_words_get(value + 4, 2));
+    const int err =
+        is_ramp && waits > 0 ? registers_expect(self, value) : MOTION_OK;
+    return err < 0 ? err : waits;
 }
 
 static void registers_poll(struct mcu_registers *self)
@@ -359,14 +397,13 @@ static uint8_t registers_command(struct mcu_registers *self,
         return ILLEGAL_VALUE;
     if (value[0] != self->sequence) {
         const enum mcu_command command = (enum mcu_command)value[1];
-        const uint32_t argument = (uint32_t)mcu_words_get(value + 2, 2);
         self->sequence = value[0];
         self->waiting.command = 0;
         self->result = registers_result(
-            count == MCU_COMMAND_AT
-                ? registers_wait(self, command, argument,
-                                 (uint32_t)mcu_words_get(value + 4, 2))
-                : registers_do(self, command, argument));
+            count >= MCU_COMMAND_AT
+                ? registers_tell(self, command, value, count)
+                : registers_do(self, command,
+                               (uint32_t)mcu_words_get(value + 2, 2)));
     }
     return self->result == MCU_RESULT_DONE || self->result == MCU_RESULT_WAITS
                ? 0
@@ -413,7 +450,8 @@ static uint8_t mcu_registers_set(struct modbus_slave *slave,
         return 0;
     }
     if (address != MCU_AT_COMMAND ||
-        (count != MCU_COMMAND_WORDS && count != MCU_COMMAND_AT))
+        (count != MCU_COMMAND_WORDS && count != MCU_COMMAND_AT &&
+         count != MCU_COMMAND_RAMP_WORDS))
         return ILLEGAL_ADDRESS;
     mcu_unit_hold(self->unit);
     exception = registers_command(self, value, count);

@@ -11,7 +11,7 @@
 #define MCU_AXES_MAX 6 /* of a board */
 
 #define MCU_MAP_MAGIC   0x534C /* "SL" */
-#define MCU_MAP_VERSION 4
+#define MCU_MAP_VERSION 5
 
 /* Where they begin. */
 #define MCU_AT_IDENTITY  0x0000
@@ -24,15 +24,16 @@
 #define MCU_AT_WHY       0x0400 /* of axis 0; each MCU_AXIS_STEP on */
 #define MCU_AT_PIECE     0x1000
 
-#define MCU_IDENTITY_WORDS 9
-#define MCU_STATE_WORDS    52
-#define MCU_AXIS_WORDS     18
-#define MCU_WHY_WORDS      32 /* two characters each, the first one upper */
-#define MCU_COMMAND_WORDS  4
-#define MCU_COMMAND_AT     6      /* with the tick in which it is to be done */
-#define MCU_COMMAND_AHEAD  60000  /* ticks, at most */
-#define MCU_WATCH_MAX      60000  /* ms */
-#define MCU_CLOCK_MAX      500000 /* 1e-9 */
+#define MCU_IDENTITY_WORDS     9
+#define MCU_STATE_WORDS        52
+#define MCU_AXIS_WORDS         18
+#define MCU_WHY_WORDS          32 /* two characters each, the first one upper */
+#define MCU_COMMAND_WORDS      4
+#define MCU_COMMAND_AT         6  /* with the tick in which it is to be done */
+#define MCU_COMMAND_RAMP_WORDS 12 /* and with the ramp */
+#define MCU_COMMAND_AHEAD      60000  /* ticks, at most */
+#define MCU_WATCH_MAX          60000  /* ms */
+#define MCU_CLOCK_MAX          500000 /* 1e-9 */
 
 /* Offsets into the state and into an axis. */
 enum mcu_state_word {
@@ -89,11 +90,19 @@ enum mcu_axis_word {
     X(MCU_COMMAND_RESET, 7)                                                    \
     X(MCU_COMMAND_OVERRIDE, 8) /* value: rate_q30 */                           \
     X(MCU_COMMAND_WATCH, 9)    /* value: ms, 0 .. MCU_WATCH_MAX */             \
-    X(MCU_COMMAND_CLOCK, 10)   /* value: faster by so many 1e-9, signed */
+    X(MCU_COMMAND_CLOCK, 10)   /* value: faster by so many 1e-9, signed */     \
+    X(MCU_COMMAND_RAMP, 11)    /* value: rate_q30; enum mcu_ramp_word */
 enum mcu_command {
 #define MCU_COMMAND_ENUM(name, value) name = (value),
     MCU_COMMAND_LIST(MCU_COMMAND_ENUM)
 #undef MCU_COMMAND_ENUM
+};
+
+/* Of a ramp, in the command. */
+enum mcu_ramp_word {
+    MCU_RAMP_TICK = 6,   /* 2: ns, of which these are */
+    MCU_RAMP_CHANGE = 8, /* 2: r' to its peak, and as many back */
+    MCU_RAMP_FLAT = 10,  /* 2: at it */
 };
 
 /* X(name, value, error of motion/core/err.h): what a command said. */

@@ -110,6 +110,20 @@ static void bench_fault(void)
     drive[0].state = HAL_DRIVE_FAULT;
 }
 
+#define TOLD_AHEAD 100 /* ticks */
+static struct controller_ramp told;
+static int64_t told_ns;
+
+static void bench_tell(void)
+{
+    (void)controller_ramp_expect(&controller, &told, told_ns);
+}
+
+static void bench_take(void)
+{
+    (void)controller_ramp_take(&controller);
+}
+
 /* Instructions of one tick, and of the command before it. */
 static uint32_t bench_tick(bench_command *command)
 {
@@ -241,6 +255,31 @@ static int bench_episode(unsigned n, int64_t stop_times, bench_command *command,
     return MOTION_OK;
 }
 
+/* A ramp that is told ahead: found by somebody else, which does not count. */
+static int bench_told(unsigned n, struct bench_worst *worst)
+{
+    if (bench_begin(2) < 0)
+        return -1;
+    for (unsigned k = 0; k < 40 + n * 111; k++)
+        (void)bench_tick(bench_none);
+    told = (struct controller_ramp){ .rate_q30 = 0 };
+    do {
+        worst->moving = most(worst->moving, bench_tick(bench_none));
+        told_ns = controller.clock_ns + TOLD_AHEAD * PERIOD_NS;
+    } while (controller_ramp_find(&controller, told_ns, &told) == 0);
+    worst->request = most(worst->request, bench_tick(bench_tell));
+    while (controller.clock_ns < told_ns)
+        worst->request = most(worst->request, bench_tick(bench_none));
+    worst->after = most(worst->after, bench_tick(bench_take));
+    if (controller.state != CONTROLLER_HOLDING)
+        return -1;
+    uint32_t ticks = 1;
+    for (; !bench_is_over(); ticks++)
+        worst->after = most(worst->after, bench_tick(bench_none));
+    worst->ticks = most(worst->ticks, ticks);
+    return MOTION_OK;
+}
+
 static void bench_report(const char *what, uint32_t count)
 {
     start_print(what);
@@ -266,6 +305,21 @@ static bool bench_kind(const char *what, int64_t stop_times,
            worst.after <= LIMIT_SEEK;
 }
 
+static bool bench_ramps(void)
+{
+    struct bench_worst worst = { 0 };
+    for (unsigned n = 0; n < EPISODES; n++)
+        if (bench_told(n, &worst) < 0)
+            return false;
+    start_print("  ramp that is told\n");
+    bench_report("    moving          ", worst.moving);
+    bench_report("    until it begins ", worst.request);
+    bench_report("    until rest      ", worst.after);
+    bench_report("    ticks of that   ", worst.ticks);
+    return worst.moving <= LIMIT_MOVING && worst.request <= LIMIT_SEEK &&
+           worst.after <= LIMIT_SEEK;
+}
+
 int main(void)
 {
     TIMER_RELOAD = UINT32_MAX;
@@ -281,7 +335,8 @@ int main(void)
     const bool stop = bench_kind("  stop\n", 2, bench_stop);
     const bool hold = bench_kind("  hold\n", 2, bench_hold);
     const bool slower = bench_kind("  override\n", 2, bench_slower);
-    if (fault && tight && stop && hold && slower)
+    const bool ramps = bench_ramps();
+    if (fault && tight && stop && hold && slower && ramps)
         return 0;
     start_print("more than a tick may take\n");
     return 1;

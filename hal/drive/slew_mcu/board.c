@@ -128,15 +128,22 @@ void drive_slew_mcu_write(struct hal_modbus_request *request, uint16_t address,
 static void board_write_command(const struct drive_slew_mcu_command *command,
                                 struct hal_modbus_request *request)
 {
-    uint16_t word[MCU_COMMAND_AT];
+    uint16_t word[MCU_COMMAND_RAMP_WORDS];
     uint16_t *to = word;
 
     to = mcu_words_put(to, command->sequence, 1);
     to = mcu_words_put(to, command->command, 1);
     to = mcu_words_put(to, command->value, 2);
-    mcu_words_put(to, command->at, 2);
+    to = mcu_words_put(to, command->at, 2);
+    if (command->ramp != NULL) {
+        to = mcu_words_put(to, (uint64_t)command->ramp->tick_ns, 2);
+        to = mcu_words_put(to, (uint64_t)command->ramp->change, 2);
+        mcu_words_put(to, (uint64_t)command->ramp->flat, 2);
+    }
     drive_slew_mcu_write(request, MCU_AT_COMMAND, word,
-                         command->has_at ? MCU_COMMAND_AT : MCU_COMMAND_WORDS);
+                         command->ramp != NULL ? MCU_COMMAND_RAMP_WORDS
+                         : command->has_at     ? MCU_COMMAND_AT
+                                               : MCU_COMMAND_WORDS);
 }
 
 /* What makes it off; 0: it is, or is on its way there. */
@@ -480,6 +487,9 @@ static void board_refused(struct drive_slew_mcu_board *board, uint16_t command)
         return;
     case MCU_COMMAND_OVERRIDE:
         drive_slew_mcu_fail(board, "refused the override", "");
+        return;
+    case MCU_COMMAND_RAMP:
+        drive_slew_mcu_fail(board, "refused to change its rate", "");
         return;
     case MCU_COMMAND_WATCH:
         board_lose(board, "refused its watch");

@@ -73,6 +73,15 @@ struct drive_slew_mcu_command {
     uint16_t command, sequence; /* sequence 0: none */
     uint32_t value, at;
     bool has_at;
+    const struct hal_drive_ramp *ramp; /* NULL: none */
+};
+
+/* A change of the rate: told, and taken by the board as what will be. */
+enum drive_slew_mcu_ramp {
+    DRIVE_SLEW_MCU_NO_RAMP,
+    DRIVE_SLEW_MCU_RAMP_ASKED,
+    DRIVE_SLEW_MCU_RAMP_TOLD,
+    DRIVE_SLEW_MCU_RAMP_DONE,
 };
 
 struct drive_slew_mcu_past {
@@ -131,6 +140,9 @@ struct drive_slew_mcu_board {
     unsigned heads; /* sent */
     int64_t rate_q30, told_q30, start_ns;
     uint32_t start_at; /* tick */
+    enum drive_slew_mcu_ramp ramp_state;
+    struct hal_drive_ramp ramp;
+    uint32_t anchor_at, ramp_at; /* ticks: in step with us; it begins */
     bool is_told;
     bool stops; /* is to stop, or on its way to rest */
 };

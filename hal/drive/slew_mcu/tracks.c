@@ -24,6 +24,7 @@ static struct drive_slew_mcu *tracks_of(struct hal_drive *drive)
 void drive_slew_mcu_move_forget(struct drive_slew_mcu_board *board)
 {
     board->track = HAL_DRIVE_TRACK_NONE;
+    board->ramp_state = DRIVE_SLEW_MCU_NO_RAMP;
     for (unsigned i = 0; i < board->axis_count; i++)
         board->axis[i]->track = NULL;
 }
@@ -100,7 +101,7 @@ static int tracks_start(struct hal_drive *drive, int64_t start_ns,
     if (motion_fixed_muldiv(drive_slew_mcu_time_ns(board, start_ns), 1,
                             board->period_ns, &ticks) < 0)
         return MOTION_E_RANGE;
-    board->start_at = (uint32_t)(ticks + 1);
+    board->start_at = board->anchor_at = (uint32_t)(ticks + 1);
     board->start_ns = start_ns;
     board->rate_q30 = rate_q30;
     board->start_apart_ns = drive_slew_mcu_apart_ns(board);
@@ -108,6 +109,54 @@ static int tracks_start(struct hal_drive *drive, int64_t start_ns,
     board->is_told = false;
     board->track = HAL_DRIVE_TRACK_WAITING;
     return MOTION_OK;
+}
+
+/* In which of its ticks: 0 or more, of 2^32; else MOTION_E_RANGE. */
+static int64_t tracks_ramp_at(struct drive_slew_mcu_board *board,
+                              const struct hal_drive_ramp *ramp)
+{
+    const int64_t ns = ramp->since_ns < 0
+                           ? drive_slew_mcu_time_ns(board, ramp->at_ns)
+                           : ramp->since_ns;
+    int64_t ticks, pieces;
+
+    if (motion_fixed_muldiv(ns, 1, board->period_ns, &ticks) < 0 ||
+        motion_fixed_muldiv(ramp->tick_ns, 1, board->period_ns, &pieces) < 0 ||
+        pieces * board->period_ns != ramp->tick_ns ||
+        (ramp->since_ns >= 0 && ticks * board->period_ns != ns))
+        return MOTION_E_RANGE;
+    if (ramp->since_ns < 0)
+        board->anchor_at = (uint32_t)(ticks + 1);
+    return (uint32_t)(ramp->since_ns < 0 ? ticks + 1
+                                         : board->anchor_at + ticks);
+}
+
+static int tracks_ramp(struct hal_drive *drive,
+                       const struct hal_drive_ramp *ramp)
+{
+    struct drive_slew_mcu_board *board = tracks_of(drive)->board;
+
+    if (board->ramp_state != DRIVE_SLEW_MCU_NO_RAMP &&
+        board->ramp.at_ns == ramp->at_ns) /* this one */
+        return board->ramp_state == DRIVE_SLEW_MCU_RAMP_DONE ||
+                       (board->ramp_state == DRIVE_SLEW_MCU_RAMP_TOLD &&
+                        board->command.sequence == 0)
+                   ? MOTION_OK
+                   : MOTION_E_AGAIN;
+    /* it has not said yet that it has begun, or taken the one before */
+    if (board->track == HAL_DRIVE_TRACK_WAITING ||
+        board->ramp_state == DRIVE_SLEW_MCU_RAMP_ASKED ||
+        board->ramp_state == DRIVE_SLEW_MCU_RAMP_TOLD)
+        return MOTION_E_AGAIN;
+    if (board->track != HAL_DRIVE_TRACK_PLAYING)
+        return MOTION_E_STATE;
+    const int64_t at = tracks_ramp_at(board, ramp);
+    if (at < 0)
+        return (int)at;
+    board->ramp_at = (uint32_t)at;
+    board->ramp = *ramp;
+    board->ramp_state = DRIVE_SLEW_MCU_RAMP_ASKED;
+    return MOTION_E_AGAIN;
 }
 
 static void tracks_stop(struct hal_drive *drive)
@@ -125,6 +174,7 @@ const struct hal_drive_tracks drive_slew_mcu_tracks = {
     .state = tracks_state,
     .lead_ns = tracks_lead_ns,
     .start = tracks_start,
+    .ramp = tracks_ramp,
     .stop = tracks_stop,
 };
 
@@ -235,7 +285,8 @@ static bool tracks_clock_command(struct drive_slew_mcu_board *board,
                   ((drive_slew_mcu_apart_ns(board) - board->start_apart_ns) >>
                    TRACKS_CLOCK_SHIFT);
 
-    if (board->now_ns < board->clock_due_ns)
+    if (board->now_ns < board->clock_due_ns ||
+        board->ramp_state == DRIVE_SLEW_MCU_RAMP_TOLD)
         return false;
     ppb = ppb > MCU_CLOCK_MAX    ? MCU_CLOCK_MAX
           : ppb < -MCU_CLOCK_MAX ? -MCU_CLOCK_MAX
@@ -250,6 +301,17 @@ static bool tracks_clock_command(struct drive_slew_mcu_board *board,
     return true;
 }
 
+static void tracks_ramp_command(struct drive_slew_mcu_board *board,
+                                struct drive_slew_mcu_command *command)
+{
+    command->command = MCU_COMMAND_RAMP;
+    command->value = (uint32_t)board->ramp.rate_q30;
+    command->at = board->ramp_at;
+    command->has_at = true;
+    command->ramp = &board->ramp;
+    board->ramp_state = DRIVE_SLEW_MCU_RAMP_TOLD;
+}
+
 bool drive_slew_mcu_move_command(struct drive_slew_mcu_board *board,
                                  struct drive_slew_mcu_command *command)
 {
@@ -259,6 +321,11 @@ bool drive_slew_mcu_move_command(struct drive_slew_mcu_board *board,
              board->state[MCU_STATE_WAITING] == 0))
             return false;
         command->command = MCU_COMMAND_STOP;
+        return true;
+    }
+    if (board->track == HAL_DRIVE_TRACK_PLAYING &&
+        board->ramp_state == DRIVE_SLEW_MCU_RAMP_ASKED) {
+        tracks_ramp_command(board, command);
         return true;
     }
     if (board->track == HAL_DRIVE_TRACK_PLAYING)
@@ -290,6 +357,19 @@ static bool tracks_are_known(const struct drive_slew_mcu_board *board)
     return true;
 }
 
+/* Begun in its tick, or not at all. */
+static void tracks_ramp_look(struct drive_slew_mcu_board *board)
+{
+    if (board->ramp_state != DRIVE_SLEW_MCU_RAMP_TOLD ||
+        board->command.sequence != 0 ||
+        board->state[MCU_STATE_SEQUENCE] != board->sequence ||
+        board->state[MCU_STATE_WAITING] != 0)
+        return;
+    board->ramp_state = DRIVE_SLEW_MCU_RAMP_DONE;
+    if (board->state[MCU_STATE_RESULT] != MCU_RESULT_DONE)
+        drive_slew_mcu_fail(board, "did not follow the rate of the move", "");
+}
+
 void drive_slew_mcu_move_look(struct drive_slew_mcu_board *board)
 {
     const bool moves = drive_slew_mcu_moves(board);
@@ -301,6 +381,7 @@ void drive_slew_mcu_move_look(struct drive_slew_mcu_board *board)
     if (board->stops && !moves && board->state[MCU_STATE_WAITING] == 0 &&
         board->command.sequence == 0 && tracks_are_known(board))
         board->stops = false;
+    tracks_ramp_look(board);
     switch (board->track) {
     case HAL_DRIVE_TRACK_LOADING:
         if (!board->is_fresh && board->heads == board->axis_count &&

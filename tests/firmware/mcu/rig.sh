@@ -60,11 +60,26 @@ servos()
     whole ", servo: 3$more" ", servo: 4$more"
 }
 
+# Held on its way and resumed: all rest at one place, and the board's ramps are those
+# of the recording.
+held()
+{
+    options="--hold-at 1.2s --resume-after 1s"
+    whole
+    # at one place of the path for a second: 200 rows
+    awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "path_ns") path = i }
+        $path > 0 && ++at[$path] > most { most = at[$path]; where = $path }
+        END { print "held at", where, "for", most, "rows"; exit most < 200 }' "$dir/$leg.csv"
+}
+
+options=
+
 whole()
 {
     at_board "$@"
     status=0
-    "$SLEW" run --real --yes "$dir/$leg.yaml" "$dir/move.yaml" \
+    # shellcheck disable=SC2086 # words
+    "$SLEW" run --real --yes "$dir/$leg.yaml" "$dir/move.yaml" $options \
         --telemetry "$dir/$leg.csv" >"$dir/$leg.out" 2>&1 || status=$?
     [ $status = 0 ] || { cat "$dir/$leg.out"; exit $status; }
     "$LOG" "$device" >"$dir/$leg.log"
@@ -178,7 +193,7 @@ axes:
     sim: {velocity: 20000 deg/s, acceleration: 1000000 deg/s2}
 RIG
 for leg in "servos netduinoplus2 netduinoplus2" "whole mps2_an386 mps2-an386" \
-    "killed mps2_an386 mps2-an386" "all_killed netduinoplus2 netduinoplus2"; do
+    "held mps2_an386 mps2-an386" "killed mps2_an386 mps2-an386" "all_killed netduinoplus2 netduinoplus2"; do
     # shellcheck disable=SC2086
     set -- $leg
     unset QEMU_DRIVES

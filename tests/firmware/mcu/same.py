@@ -22,10 +22,10 @@ def main():
         reader = csv.DictReader(file)
         columns = [next(c for c in reader.fieldnames
                         if c.startswith(axis + ".demand_")) for axis in axes]
-        want = {int(row["path_ns"]): [round(Decimal(row[c]) * 2**32)
+        want = {int(Decimal(row["path_ns"])): [round(Decimal(row[c]) * 2**32)
                                       for c in columns]
                 for row in reader if row["phase"] == "move" and
-                int(row["path_ns"]) > 0}
+                Decimal(row["path_ns"]) > 0}
     both = sorted(set(board) & set(want))
     wrong = [t for t in both if board[t] != want[t]]
     end = max(want) if want else 0

@@ -4,6 +4,8 @@
 
 #include "tests/firmware/mcu/board.h"
 
+#define MS 1000000 /* ns, a tick of the board */
+
 static struct board board;
 static struct board_move move;
 static struct board_pieces pieces;
@@ -185,6 +187,108 @@ static void a_hold_is_in_its_tick_too(void **state)
     assert_int_equal(board.unit.controller.state, CONTROLLER_HOLDING);
 }
 
+struct ramp {
+    uint32_t rate_q30, tick_ns, change, flat;
+};
+
+static bool ramp_at(const struct ramp *ramp, uint32_t at)
+{
+    uint16_t word[MCU_COMMAND_RAMP_WORDS] = {
+        (uint16_t)(board.registers.sequence + 1), MCU_COMMAND_RAMP
+    };
+
+    mcu_words_put(word + 2, ramp->rate_q30, 2);
+    mcu_words_put(word + 4, at, 2);
+    mcu_words_put(word + MCU_RAMP_TICK, ramp->tick_ns, 2);
+    mcu_words_put(word + MCU_RAMP_CHANGE, ramp->change, 2);
+    mcu_words_put(word + MCU_RAMP_FLAT, ramp->flat, 2);
+    return board_send(&board, MCU_AT_COMMAND, word, MCU_COMMAND_RAMP_WORDS);
+}
+
+/* Ticks that the board has to judge one. */
+#define AHEAD 40
+
+/* To rest, as slow as told, and on again; not while another ramp is under way, nor
+ * without a tick, nor by the numbers of another command. */
+static void a_ramp_begins_in_its_tick(void **state)
+{
+    static const struct ramp rest = { 0, 5 * MS, 20, 40 };
+    static const struct ramp on = { 1 << 30, 5 * MS, 20, 0 };
+    const struct controller *controller = &board.unit.controller;
+    (void)state;
+    get_ready(10);
+    assert_false(board_command(&board, MCU_COMMAND_RAMP, 0));
+    assert_int_equal(board_state(&board, MCU_STATE_RESULT), MCU_RESULT_ARG);
+    assert_true(command_at(MCU_COMMAND_START, move.id, board.unit.tick + 5));
+    board_run(&board, 10);
+    assert_false(command_at(MCU_COMMAND_RAMP, 0, board.unit.tick + AHEAD));
+    assert_int_equal(board_state(&board, MCU_STATE_RESULT), MCU_RESULT_ARG);
+    assert_true(ramp_at(&rest, board.unit.tick + 2)); /* not judged by then */
+    board_run(&board, 1);
+    assert_int_equal(board_state(&board, MCU_STATE_RESULT), MCU_RESULT_LIMIT);
+    assert_int_equal(controller->state, CONTROLLER_MOVING);
+    assert_true(ramp_at(&rest, board.unit.tick + AHEAD));
+    board_run(&board, AHEAD - 2);
+    assert_int_equal(controller->state, CONTROLLER_MOVING);
+    board_run(&board, 1);
+    assert_int_equal(board_state(&board, MCU_STATE_RESULT), MCU_RESULT_DONE);
+    assert_int_equal(controller->state, CONTROLLER_HOLDING);
+    const int64_t begin_ns = controller->clock_ns;
+    assert_false(ramp_at(&on, board.unit.tick + AHEAD));
+    assert_int_equal(board_state(&board, MCU_STATE_RESULT), MCU_RESULT_STATE);
+    while (controller->rate.rate_q30 > 0)
+        board_run(&board, 1);
+    assert_int_equal(controller->clock_ns - begin_ns, 80 * rest.tick_ns);
+    assert_true(ramp_at(&on, board.unit.tick + AHEAD));
+    board_run(&board, AHEAD - 1);
+    assert_int_equal(controller->state, CONTROLLER_MOVING);
+    board_run(&board, 40 * on.tick_ns / MS);
+    assert_int_equal(controller->rate.rate_q30, 1 << 30);
+}
+
+/* Out of range, too late, or more than the axes may: as if it had not been said. */
+static void a_ramp_that_is_none_changes_nothing(void **state)
+{
+    static const struct {
+        struct ramp ramp;
+        unsigned ahead;
+        uint16_t result;
+    } rows[] = {
+        { { (2u << 30) + 1, MS, 100, 0 }, AHEAD, MCU_RESULT_ARG },
+        { { 0, 0, 100, 0 }, AHEAD, MCU_RESULT_ARG },
+        { { 0, MS / 2, 100, 0 }, AHEAD, MCU_RESULT_ARG },
+        { { 0, MS + 1, 100, 0 }, AHEAD, MCU_RESULT_ARG },
+        { { 0, 1001 * MS, 100, 0 }, AHEAD, MCU_RESULT_ARG },
+        { { 0, MS, 0, 100 }, AHEAD, MCU_RESULT_ARG },
+        { { 0, MS, UINT32_MAX, 0 }, AHEAD, MCU_RESULT_ARG },
+        { { 0, MS, 100, UINT32_MAX }, AHEAD, MCU_RESULT_ARG },
+        { { 0, MS, 1 << 20, 0 }, AHEAD, MCU_RESULT_ARG },
+        { { 2u << 30, MS, 100, 0 }, AHEAD, MCU_RESULT_LIMIT },
+        { { 0, MS, 1, 0 }, AHEAD, MCU_RESULT_LIMIT },
+        { { 0, MS, 100, 300 }, MCU_COMMAND_AHEAD + 1, MCU_RESULT_LATE },
+    };
+    const struct controller *controller = &board.unit.controller;
+    (void)state;
+    get_ready(10);
+    for (unsigned i = 0; i < board.unit.axis_count; i++) {
+        struct motion_extreme acc;
+        motion_track_extreme(&move.track[i], MOTION_ACC, &acc);
+        board.unit.axis_config[i].limit.acc_q32 =
+            (acc.max > -acc.min ? acc.max : -acc.min) + 1;
+    }
+    assert_true(command_at(MCU_COMMAND_START, move.id, board.unit.tick + 5));
+    board_run(&board, 300);
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        if (ramp_at(&rows[i].ramp, board.unit.tick + rows[i].ahead))
+            board_run(&board, AHEAD);
+        if (board_state(&board, MCU_STATE_RESULT) != rows[i].result)
+            fail_msg("row %zu: %u", i, board_state(&board, MCU_STATE_RESULT));
+        assert_int_equal(controller->state, CONTROLLER_MOVING);
+        assert_int_equal(controller->rate.rate_q30, 1 << 30);
+        assert_int_equal(controller->warp.dur_ns, 0);
+    }
+}
+
 /* Beside whatever waits or moves; its set points are those of their ticks. */
 static void its_clock_is_steered_within_500_ppm(void **state)
 {
@@ -212,6 +316,8 @@ int main(void)
         cmocka_unit_test(a_stop_never_waits_and_a_move_must_be_there),
         cmocka_unit_test(a_repeated_command_is_done_once),
         cmocka_unit_test(a_hold_is_in_its_tick_too),
+        cmocka_unit_test(a_ramp_begins_in_its_tick),
+        cmocka_unit_test(a_ramp_that_is_none_changes_nothing),
         cmocka_unit_test(its_clock_is_steered_within_500_ppm),
     };
 

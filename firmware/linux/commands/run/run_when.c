@@ -282,7 +282,7 @@ static enum status run_when_steps(const struct run_when *self)
     return STATUS_OK;
 }
 
-/* A board begins when it has been loaded, and is not held on its way. */
+/* A board begins when it has been loaded. */
 static enum status run_when_sampled(const struct run_when *self)
 {
     const struct options *options = self->options;
@@ -292,7 +292,6 @@ static enum status run_when_sampled(const struct run_when *self)
     } rows[] = {
         { "--from", options->from != NULL },
         { run_when_repeat_name(self), self->is_ping_pong },
-        { "--hold-at", options->hold_at != NULL },
         { "--at", options->at != NULL },
         { "--on-edge", options->on_edge != NULL },
         { "--follow", options->follow != NULL },

@@ -48,11 +48,15 @@ struct bench {
 };
 static struct bench *bench;
 
+static int64_t jerk_q32; /* of all axes; 0: no limit */
+
 static void tick(void)
 {
     struct controller *controller = &bench->controller;
     struct hal_fieldbus_worst worst = { HAL_FIELDBUS_GOOD, 0 };
-    const bool moved = controller->state == CONTROLLER_MOVING;
+    const bool moved = controller->state == CONTROLLER_MOVING ||
+                       (controller->state == CONTROLLER_HOLDING &&
+                        bench->playback.arm == PLAYBACK_RUNNING);
 
     bench->now_ns += MS;
     sim_world_run(&bench->world, bench->now_ns);
@@ -87,8 +91,8 @@ static void set_up_axis(unsigned i)
     bench->config[i] = (struct controller_axis_config){
         .pos_min_q32 = -1000 * ONE,
         .pos_max_q32 = 1000 * ONE,
-        .limit = { 400 * ONE, 40000 * ONE, 0 },
-        .stop = { 400 * ONE, 80000 * ONE, 0 },
+        .limit = { 400 * ONE, 40000 * ONE, jerk_q32 },
+        .stop = { 400 * ONE, 80000 * ONE, 2 * jerk_q32 },
         .following_floor_q32 = ONE,
         .following_k_ns = 20 * MS,
         .feedback_max_age_ns = 500 * MS,
@@ -106,8 +110,10 @@ static struct drive_slew_mcu_config drive_config(unsigned i)
                    .pos_max_q32 = own->pos_max_q32,
                    .vel_q32 = own->limit.vel_q32,
                    .acc_q32 = own->limit.acc_q32,
+                   .jerk_q32 = own->limit.jerk_q32,
                    .stop_vel_q32 = own->stop.vel_q32,
                    .stop_acc_q32 = own->stop.acc_q32,
+                   .stop_jerk_q32 = own->stop.jerk_q32,
                    .following_floor_q32 = ONE,
                    .pos_q32 = (int64_t)i * ONE },
         .watch_ms = 400,
@@ -377,12 +383,96 @@ static void an_override_is_the_boards_too(void **state)
                      MOTION_OK);
     assert_true(comes(CONTROLLER_MOVING, 3000));
     tick();
-    assert_int_equal(playback_override(&bench->playback, INT64_C(1) << 30),
-                     MOTION_E_STATE);
     assert_true(comes(CONTROLLER_READY, 6000));
     assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
     assert_int_equal(bench->rows, 4000);
     boards_did_the_same();
+}
+
+/* Also while they move: through the same rates, tick for tick. */
+static void an_override_under_way_is_the_boards_too(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(20, 200);
+    assert_int_equal(playback_override(&bench->playback, INT64_C(1) << 29),
+                     MOTION_OK);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 3000));
+    assert_int_equal(playback_override(&bench->playback, INT64_C(3) << 31),
+                     MOTION_E_ARG);
+    assert_int_equal(playback_override(&bench->playback, 0), MOTION_E_STATE);
+    for (int64_t eighths = 5; eighths <= 8; eighths++) {
+        for (unsigned i = 0; i < 900; i++)
+            tick();
+        assert_int_equal(playback_override(&bench->playback, eighths << 27),
+                         MOTION_OK);
+    }
+    assert_true(comes(CONTROLLER_READY, 6000));
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_int_equal(bench->controller.override_q30, INT64_C(1) << 30);
+    assert_true(bench->rows < 6900);
+    boards_did_the_same();
+}
+
+/* The next row before `row` that is another; 0: there is none. */
+static unsigned row_before(unsigned b, unsigned row)
+{
+    const int64_t *const one = bench->sent[b == 0 ? 0 : 2];
+    const int64_t *const other = bench->sent[b == 0 ? 1 : 2];
+    unsigned at = row;
+    while (at > 0 && one[at] == one[row] && other[at] == other[row])
+        at--;
+    return at;
+}
+
+/* The set points in the log of a board are those of the PC, one after the other,
+ * from the last one back; how long both stood is left out. */
+static void boards_went_the_same_way(void)
+{
+    for (unsigned b = 0; b < BOARDS; b++) {
+        const struct mcu_unit *unit = &bench->board[b].unit;
+        const unsigned last = unit->axis_count;
+        const int64_t *before = mcu_log_entry(&unit->log, unit->log.next - 1);
+        unsigned row = bench->rows - 1;
+        for (uint32_t n = unit->log.next; n-- > mcu_log_first(&unit->log);) {
+            const int64_t *entry = mcu_log_entry(&unit->log, n);
+            if (entry[1] != before[1] || entry[last] != before[last])
+                row = row_before(b, row);
+            if (entry[1] != bench->sent[b == 0 ? 0 : 2][row] ||
+                entry[last] != bench->sent[b == 0 ? 1 : 2][row])
+                fail_msg("board %u, entry %u of %u, row %u of %u", b, n,
+                         unit->log.next, row, bench->rows);
+            before = entry;
+        }
+    }
+}
+
+static bool all_clocks_stand(void)
+{
+    for (unsigned b = 0; b < BOARDS; b++)
+        if (bench->board[b].unit.controller.rate.rate_q30 != 0)
+            return false;
+    return bench->controller.rate.rate_q30 == 0;
+}
+
+/* At one place of the path: every clock says the same time of it. */
+static void all_are_at_one_place(void)
+{
+    for (unsigned i = 0; i < 3000 && !all_clocks_stand(); i++)
+        tick();
+    for (unsigned i = 0; i < 100; i++)
+        tick();
+    assert_true(all_clocks_stand());
+    assert_int_equal(bench->controller.state, CONTROLLER_HOLDING);
+    for (unsigned b = 0; b < BOARDS; b++)
+        assert_int_equal(bench->board[b].unit.controller.rate.s_ns_q12,
+                         bench->controller.rate.s_ns_q12);
+    for (unsigned i = 0; i < AXES - 1; i++)
+        assert_int_equal(bench->axis[i].target.pos_q32,
+                         bench->board[i / 2].unit.axis[i % 2].target.pos_q32);
 }
 
 static bool boards_stand(void)
@@ -391,6 +481,118 @@ static bool boards_stand(void)
         if (mcu_unit_is_moving(&bench->board[b].unit))
             return false;
     return true;
+}
+
+/* What is not as on a good day. */
+struct hold_row {
+    unsigned from, step; /* ticks of the move before the hold */
+    int32_t off_ppb;     /* of one board, the other is off the other way */
+    unsigned lost;       /* ticks of the PC, before each hold */
+    int64_t jerk_q32;
+    bool again; /* held in the ramp of the resume */
+};
+
+static void hold_and_resume(const struct hold_row *row, unsigned when)
+{
+    const int64_t rate_q30 = INT64_C(1) << (when % 2 == 0 ? 29 : 30);
+    jerk_q32 = row->jerk_q32;
+    set_up();
+    bench->board[0].off_ppb = row->off_ppb;
+    bench->board[1].off_ppb = -row->off_ppb;
+    get_ready();
+    make_move(20, 200);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 3000));
+    for (unsigned i = 0; i < when; i++)
+        tick();
+    bench->now_ns += row->lost * MS;
+    assert_int_equal(playback_hold(&bench->playback), MOTION_OK);
+    assert_int_equal(playback_hold(&bench->playback), MOTION_OK);
+    assert_true(comes(CONTROLLER_HOLDING, 1000));
+    all_are_at_one_place();
+    assert_int_equal(playback_override(&bench->playback, rate_q30), MOTION_OK);
+    assert_int_equal(playback_resume(&bench->playback), MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 2000));
+    if (row->again && when < 2500) {
+        assert_int_equal(playback_hold(&bench->playback), MOTION_OK);
+        assert_true(comes(CONTROLLER_HOLDING, 2000));
+        all_are_at_one_place();
+        assert_int_equal(playback_resume(&bench->playback), MOTION_OK);
+        assert_true(comes(CONTROLLER_MOVING, 2000));
+    }
+    assert_true(comes(CONTROLLER_READY, 12000));
+    for (unsigned i = 0; i < 500; i++)
+        tick(); /* the boards say that they are at the end */
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_int_equal(bench->playback.state, PLAYBACK_IDLE);
+    boards_went_the_same_way();
+}
+
+/* Held anywhere and resumed, also slower: the boards' axes are where the PC's
+ * clock says at every tick of both ramps, and the move is the whole one. */
+static void a_hold_keeps_all_at_one_place_of_the_path(void **state)
+{
+    static const struct hold_row rows[] = {
+        { 1, 331, 0, 0, 0, false },
+        { 7, 977, 200000, 0, 0, false },
+        { 100, 977, 0, 5, 0, false },
+        { 211, 977, -50000, 3, 3000000 * ONE, true },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++)
+        for (unsigned when = rows[i].from; when < 3200; when += rows[i].step) {
+            hold_and_resume(&rows[i], when);
+            /* as in a move without a hold, and what was lost */
+            assert_true(bench->most_q32 <
+                        ONE / 4 + (int64_t)rows[i].lost * ONE / 16);
+        }
+    jerk_q32 = 0;
+}
+
+/* Too late to begin before the end, it is played to its end. */
+static void a_hold_just_before_the_end_is_none(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(10, 100);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 3000));
+    for (unsigned i = 0; i < 900; i++)
+        tick();
+    assert_int_equal(playback_hold(&bench->playback), MOTION_OK);
+    assert_true(comes(CONTROLLER_READY, 1000));
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+    boards_did_the_same();
+}
+
+/* By a limit of its own that the rig does not have: the rig is in fault, and
+ * everything at rest. */
+static void a_board_that_cannot_follow_is_a_fault_of_the_rig(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    make_move(20, 200);
+    /* as much as the move needs */
+    bench->board[1].unit.axis_config[0].limit.acc_q32 =
+        controller_peak(&bench->track[2], MOTION_ACC) + 1;
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 3000));
+    for (unsigned i = 0; i < 1000; i++)
+        tick();
+    assert_int_equal(playback_hold(&bench->playback), MOTION_OK);
+    assert_true(comes(CONTROLLER_FAULT, 2000));
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_DRIVE);
+    assert_int_equal(bench->controller.fault.axis, 2);
+    assert_string_equal(bench->axis[2].feedback.fault_text,
+                        "the board did not follow the rate of the move");
+    for (unsigned i = 0; i < 1000; i++)
+        tick();
+    assert_true(boards_stand());
 }
 
 /* Stopped in its middle: all rest, no jump, and the next move begins from where
@@ -668,6 +870,10 @@ int main(void)
         cmocka_unit_test(the_next_move_begins_with_what_the_last_needed),
         cmocka_unit_test(it_is_played_again_from_where_it_is),
         cmocka_unit_test(an_override_is_the_boards_too),
+        cmocka_unit_test(an_override_under_way_is_the_boards_too),
+        cmocka_unit_test(a_hold_keeps_all_at_one_place_of_the_path),
+        cmocka_unit_test(a_hold_just_before_the_end_is_none),
+        cmocka_unit_test(a_board_that_cannot_follow_is_a_fault_of_the_rig),
         cmocka_unit_test(a_stop_stops_all_and_they_go_on_from_there),
         cmocka_unit_test(a_stop_before_the_start_begins_nothing),
         cmocka_unit_test(a_line_that_is_cut_stops_everything),
