@@ -279,6 +279,7 @@ static void step_make(struct controller *controller)
             ramp_most(step->back_q56, step->rest[step->stop ? 1 : 0].jerk_q56);
     }
     step->tries = 0;
+    step->is_early = false;
     if (step_is_away(step)) {
         if (step->from.accel_q56 > 0 && falls) {
             step_steeper(step, lead);
@@ -567,7 +568,6 @@ static void step_later(struct controller_step *step)
     if (step->lead < RAMP_LEAD_MAX)
         step->lead++;
     step->early = 0;
-    step->is_early = false;
 }
 
 /* Judged without another try, and what is in force goes back to r' = 0 before it begins
@@ -618,7 +618,6 @@ static void step_take(struct controller *controller)
         step->lead--;
         step->early = 0;
     }
-    step->is_early = false;
 }
 
 /* What the next piece of the search takes. */
@@ -691,7 +690,7 @@ static void step_search(struct controller *controller)
         if (stage == STEP_NONE && is_made)
             return;
         if (stage == STEP_READY && step->begin_ns > controller->clock_ns) {
-            step->is_early = step_is_early(controller);
+            step->is_early |= step_is_early(controller);
             return;
         }
         step->spent += step_effort(controller);
