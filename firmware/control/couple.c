@@ -108,7 +108,7 @@ bool controller_any_coupled(const struct controller *controller)
 static int64_t couple_share(int64_t value, int64_t by_q32, int64_t parts)
 {
     const int64_t share_q32 =
-        controller_muldiv(value / parts, MOTION_FIXED_ONE_Q32, by_q32);
+        motion_fixed_muldiv_sat(value / parts, MOTION_FIXED_ONE_Q32, by_q32);
     return share_q32 > 0 ? share_q32 : 1;
 }
 

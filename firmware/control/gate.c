@@ -29,15 +29,16 @@
 static int64_t gate_step(int64_t vel_q32, int64_t period_ns)
 {
     const int64_t step_q32 =
-        controller_muldiv(vel_q32, period_ns, INT64_C(1000000000));
+        motion_fixed_muldiv_sat(vel_q32, period_ns, INT64_C(1000000000));
     return step_q32 < INT64_MAX / 4 ? step_q32 + 1 : INT64_MAX / 4;
 }
 
 /* a T^2 */
 static int64_t gate_acc(int64_t acc_q32, int64_t period_ns)
 {
-    return gate_step(controller_muldiv(acc_q32, period_ns, INT64_C(1000000000)),
-                     period_ns);
+    return gate_step(
+        motion_fixed_muldiv_sat(acc_q32, period_ns, INT64_C(1000000000)),
+        period_ns);
 }
 
 void controller_gate_init(struct controller *controller, unsigned index)

@@ -93,15 +93,15 @@ int64_t controller_goal_distance_ns_q12(const struct hal_drive_feedback *now,
 {
     const int64_t vel = go->vel_q32, acc = go->acc_q32;
     const int64_t speed = (int64_t)(motion_fixed_abs(now->vel_q32) & INT64_MAX);
-    const int64_t turn = controller_muldiv(speed, speed, acc) / 2;
+    const int64_t turn = motion_fixed_muldiv_sat(speed, speed, acc) / 2;
     int64_t distance;
     if (motion_fixed_sub(go->pos_q32, now->pos_q32, &distance) < 0)
         return INT64_MAX;
     distance =
         goal_add((int64_t)(motion_fixed_abs(distance) & INT64_MAX), turn);
     return goal_add(
-        controller_muldiv(distance, MOTION_FIXED_S_Q12, vel),
-        controller_muldiv(goal_add(speed, vel), MOTION_FIXED_S_Q12, acc));
+        motion_fixed_muldiv_sat(distance, MOTION_FIXED_S_Q12, vel),
+        motion_fixed_muldiv_sat(goal_add(speed, vel), MOTION_FIXED_S_Q12, acc));
 }
 
 /* As long as its track has for it, or, for one that is elsewhere than its track

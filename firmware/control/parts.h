@@ -64,9 +64,6 @@ int64_t controller_ramp_reserve(const struct controller *controller,
                                 const struct motion_track *track,
                                 int64_t rate_q30);
 
-/* a * b / c, saturated, also by c = 0; none is negative. */
-int64_t controller_muldiv(int64_t a, int64_t b, int64_t c);
-
 /* path.c.  Path ns, path: the path's time, and its rate, at a time of the clock
  * that reads the move.  State: of a track, as that clock reads it. */
 int64_t controller_path_ns_q12(const struct controller *controller,

@@ -12,12 +12,6 @@
 /* r' takes at least so many ticks to its peak, and r so many from 1 to 0. */
 #define RAMP_TICKS_MIN 2
 
-int64_t controller_muldiv(int64_t a, int64_t b, int64_t c)
-{
-    int64_t result;
-    return motion_fixed_muldiv(a, b, c, &result) < 0 ? INT64_MAX : result;
-}
-
 bool controller_slows(const struct controller *controller)
 {
     return (controller->state == CONTROLLER_HOLDING ||
@@ -43,30 +37,31 @@ static void ramp_narrow(struct ramp_bound *bound,
     if (speed->vel_q32 > 0)
         bound->accel_q30 =
             ramp_least(bound->accel_q30,
-                       controller_muldiv(limit->acc_q32, (int64_t)1 << 30,
-                                         speed->vel_q32));
+                       motion_fixed_muldiv_sat(limit->acc_q32, (int64_t)1 << 30,
+                                               speed->vel_q32));
     if (limit->jerk_q32 == 0)
         return;
     if (speed->vel_q32 > 0)
         bound->jerk_q30 =
             ramp_least(bound->jerk_q30,
-                       controller_muldiv(limit->jerk_q32, (int64_t)1 << 30,
-                                         speed->vel_q32));
+                       motion_fixed_muldiv_sat(
+                           limit->jerk_q32, (int64_t)1 << 30, speed->vel_q32));
     if (speed->acc_q32 > 0 && rate_q30 > 0)
-        bound->accel_q30 = ramp_least(
-            bound->accel_q30,
-            controller_muldiv(
-                controller_muldiv(limit->jerk_q32, (int64_t)1 << 30,
-                                  controller_muldiv(3, speed->acc_q32, 1)),
-                (int64_t)1 << 30, rate_q30));
+        bound->accel_q30 =
+            ramp_least(bound->accel_q30,
+                       motion_fixed_muldiv_sat(
+                           motion_fixed_muldiv_sat(
+                               limit->jerk_q32, (int64_t)1 << 30,
+                               motion_fixed_muldiv_sat(3, speed->acc_q32, 1)),
+                           (int64_t)1 << 30, rate_q30));
 }
 
 /* Without a limit of the axes: what whole ticks leave. */
 static struct ramp_bound ramp_widest(const struct controller *controller)
 {
     return (struct ramp_bound){
-        controller_muldiv(MOTION_CLOCK_WARP_ONE_Q30, RAMP_SECOND_NS,
-                          RAMP_TICKS_MIN * controller->config.period_ns),
+        motion_fixed_muldiv_sat(MOTION_CLOCK_WARP_ONE_Q30, RAMP_SECOND_NS,
+                                RAMP_TICKS_MIN * controller->config.period_ns),
         INT64_MAX,
     };
 }
@@ -76,8 +71,8 @@ static struct ramp_bound ramp_finish(const struct controller *controller,
 {
     bound.accel_q30 = ramp_most(bound.accel_q30, 1);
     const int64_t jerk_q30 =
-        controller_muldiv(bound.accel_q30, RAMP_SECOND_NS,
-                          RAMP_TICKS_MIN * controller->config.period_ns);
+        motion_fixed_muldiv_sat(bound.accel_q30, RAMP_SECOND_NS,
+                                RAMP_TICKS_MIN * controller->config.period_ns);
     bound.jerk_q30 =
         ramp_least(ramp_most(bound.jerk_q30, 1), ramp_most(jerk_q30, 1));
     return bound;
@@ -120,12 +115,12 @@ int64_t controller_ramp_reserve(const struct controller *controller,
     ramp_narrow(&bound, ramp_limit(controller, index, true), &speed, rate_q30);
     bound = ramp_finish(controller, bound);
     const int64_t rate_ns =
-        controller_muldiv(4 * rate_q30, RAMP_SECOND_NS, bound.accel_q30);
-    const int64_t jerk_ns =
-        controller_muldiv(bound.accel_q30, RAMP_SECOND_NS, bound.jerk_q30);
+        motion_fixed_muldiv_sat(4 * rate_q30, RAMP_SECOND_NS, bound.accel_q30);
+    const int64_t jerk_ns = motion_fixed_muldiv_sat(
+        bound.accel_q30, RAMP_SECOND_NS, bound.jerk_q30);
     const int64_t ns = ramp_least(rate_ns, RAMP_MAX_NS) +
                        ramp_least(jerk_ns, RAMP_MAX_NS) +
                        8 * controller->config.period_ns;
-    return controller_muldiv(ns * MOTION_FIXED_NS_Q12, rate_q30,
-                             MOTION_CLOCK_WARP_ONE_Q30);
+    return motion_fixed_muldiv_sat(ns * MOTION_FIXED_NS_Q12, rate_q30,
+                                   MOTION_CLOCK_WARP_ONE_Q30);
 }

@@ -15,7 +15,7 @@ static struct controller_scale limit_scale(int64_t value, int bits)
 /* seconds Q40 of so many ticks as 1 / tick, Q30 */
 static int64_t limit_ticks_q30(int64_t s_q40, int64_t tick_ns)
 {
-    return controller_muldiv(s_q40, RAMP_SECOND_NS, tick_ns) >> 10;
+    return motion_fixed_muldiv_sat(s_q40, RAMP_SECOND_NS, tick_ns) >> 10;
 }
 
 static int64_t limit_peak_vel(const struct controller *controller, unsigned i)
@@ -34,15 +34,15 @@ static void limit_units(const struct controller *controller, int64_t *g_q40,
             &controller->config.axis[i].limit;
         if (!controller->axis[i].track)
             continue;
-        *g_q40 = ramp_most(*g_q40,
-                           controller_muldiv(limit_peak_vel(controller, i),
-                                             (int64_t)1 << 40, limit->acc_q32) +
-                               1);
+        *g_q40 = ramp_most(
+            *g_q40, motion_fixed_muldiv_sat(limit_peak_vel(controller, i),
+                                            (int64_t)1 << 40, limit->acc_q32) +
+                        1);
         if (limit->jerk_q32 > 0)
-            *k_q40 = ramp_most(*k_q40, controller_muldiv(limit->acc_q32,
-                                                         (int64_t)1 << 40,
-                                                         limit->jerk_q32) +
-                                           1);
+            *k_q40 = ramp_most(
+                *k_q40, motion_fixed_muldiv_sat(
+                            limit->acc_q32, (int64_t)1 << 40, limit->jerk_q32) +
+                            1);
     }
 }
 
@@ -52,7 +52,7 @@ static int32_t limit_stop(int64_t stop_q32, int64_t limit_q32)
     if (limit_q32 == 0)
         return 0;
     return (int32_t)ramp_least(
-        controller_muldiv(stop_q32, RAMP_LIMIT_ONE, limit_q32),
+        motion_fixed_muldiv_sat(stop_q32, RAMP_LIMIT_ONE, limit_q32),
         (int64_t)8 * RAMP_LIMIT_ONE);
 }
 
@@ -60,7 +60,8 @@ static int32_t limit_stop(int64_t stop_q32, int64_t limit_q32)
 static int32_t limit_part(int64_t own_q40, int64_t most_q40)
 {
     return (int32_t)ramp_least(
-        controller_muldiv(own_q40, (int64_t)1 << 31, most_q40) + 1, INT32_MAX);
+        motion_fixed_muldiv_sat(own_q40, (int64_t)1 << 31, most_q40) + 1,
+        INT32_MAX);
 }
 
 static void limit_of_axis(struct controller *controller, unsigned i,
@@ -73,12 +74,13 @@ static void limit_of_axis(struct controller *controller, unsigned i,
                                  limit->jerk_q32 };
     motion_track_unit_init(&share->unit, one_q32);
     share->vel_q31 = limit_part(
-        controller_muldiv(one_q32[0], (int64_t)1 << 40, limit->acc_q32), g_q40);
+        motion_fixed_muldiv_sat(one_q32[0], (int64_t)1 << 40, limit->acc_q32),
+        g_q40);
     share->share_q31 =
         limit->jerk_q32 == 0
             ? 0
-            : limit_part(controller_muldiv(limit->acc_q32, (int64_t)1 << 40,
-                                           limit->jerk_q32),
+            : limit_part(motion_fixed_muldiv_sat(
+                             limit->acc_q32, (int64_t)1 << 40, limit->jerk_q32),
                          k_q40);
     share->vel_share_q31 = (int32_t)ramp_least(
         ((int64_t)share->vel_q31 * share->share_q31 >> 31) + 1, INT32_MAX);
@@ -97,10 +99,11 @@ void controller_limit_load(struct controller *controller)
     /* from Q56 to Q24 */
     scales->accel = limit_scale(g, 30 + 32);
     scales->cross_q12 = (int32_t)ramp_least(
-        controller_muldiv(3 * k, 1 << 12, ramp_most(g, 1)) + (k > 0 ? 1 : 0),
+        motion_fixed_muldiv_sat(3 * k, 1 << 12, ramp_most(g, 1)) +
+            (k > 0 ? 1 : 0),
         (int64_t)1 << 30);
     scales->jerk =
-        limit_scale(controller_muldiv(g, k, (int64_t)1 << 30), 30 + 32);
+        limit_scale(motion_fixed_muldiv_sat(g, k, (int64_t)1 << 30), 30 + 32);
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (controller->axis[i].track)
             limit_of_axis(controller, i, g_q40, k_q40);

@@ -63,10 +63,11 @@ int64_t controller_step_bound_ns(const struct controller *controller, bool stop)
 
 static int32_t rest_q4(const struct controller *controller, int64_t accel_q30)
 {
-    const int64_t q4 = controller_muldiv(
+    const int64_t q4 = motion_fixed_muldiv_sat(
         16 * RAMP_SECOND_NS, (int64_t)1 << 30,
-        ramp_most(controller_muldiv(accel_q30, controller->config.period_ns, 1),
-                  1));
+        ramp_most(
+            motion_fixed_muldiv_sat(accel_q30, controller->config.period_ns, 1),
+            1));
     return (int32_t)ramp_least(q4 + 1, REST_MOST_Q4);
 }
 
@@ -77,11 +78,11 @@ controller_step_rest(const struct controller *controller, bool stop)
     const struct ramp_bound slow = controller_ramp_bound(controller, 0, stop);
     const struct ramp_bound fast =
         controller_ramp_bound(controller, MOTION_CLOCK_WARP_MAX_Q30, stop);
-    const int64_t jerk_q56 =
-        ramp_most(controller_muldiv(controller_muldiv(slow.jerk_q30, period_ns,
-                                                      RAMP_SECOND_NS),
-                                    period_ns * RAMP_Q30_Q56, RAMP_SECOND_NS),
-                  64);
+    const int64_t jerk_q56 = ramp_most(
+        motion_fixed_muldiv_sat(
+            motion_fixed_muldiv_sat(slow.jerk_q30, period_ns, RAMP_SECOND_NS),
+            period_ns * RAMP_Q30_Q56, RAMP_SECOND_NS),
+        64);
     const int64_t root_q4 = (int64_t)motion_fixed_isqrt_u64(
                                 ((uint64_t)1 << 63) / (uint64_t)jerk_q56 * 2) +
                             1;

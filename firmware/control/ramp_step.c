@@ -480,12 +480,13 @@ void controller_step_load(struct controller *controller)
     step->most_q56 = RAMP_ONE_Q56 / 4;
     if (step->scales.jerk.m > 0)
         step->most_q56 = ramp_least(
-            step->most_q56, controller_muldiv(((int64_t)1 << 41) - (1 << 16),
-                                              (int64_t)1 << step->scales.jerk.e,
-                                              step->scales.jerk.m));
+            step->most_q56,
+            motion_fixed_muldiv_sat(((int64_t)1 << 41) - (1 << 16),
+                                    (int64_t)1 << step->scales.jerk.e,
+                                    step->scales.jerk.m));
     step->tick_ns_q12 = controller->config.period_ns * MOTION_FIXED_NS_Q12;
-    step->tick_q56 = controller_muldiv(controller->config.period_ns,
-                                       (int64_t)1 << 56, RAMP_SECOND_NS);
+    step->tick_q56 = motion_fixed_muldiv_sat(controller->config.period_ns,
+                                             (int64_t)1 << 56, RAMP_SECOND_NS);
     motion_clock_unit_init(&step->unit, controller->config.period_ns);
     step->target_q30 = -1;
     step->stage = STEP_NONE;

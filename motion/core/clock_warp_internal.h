@@ -46,13 +46,4 @@ static inline int64_t clock_warp_add(int64_t a, int64_t b)
     return result;
 }
 
-/* a * b / c, saturated; c > 0. */
-static inline int64_t clock_warp_muldiv(int64_t a, int64_t b, int64_t c)
-{
-    int64_t result;
-    if (motion_fixed_muldiv(a, b, c, &result) < 0)
-        return clock_warp_saturate((a < 0) != (b < 0));
-    return result;
-}
-
 #endif

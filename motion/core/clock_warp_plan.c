@@ -40,9 +40,9 @@ static bool clock_ramp_turns_in_range(int64_t r0, int64_t a0, int64_t a1,
     if (n == 0 || a0 == 0 || (a0 < 0) == (a1 < 0))
         return true;
     return clock_ramp_times(a0, n, &rise) == MOTION_OK &&
-           clock_ramp_in_range(
-               r0 + clock_warp_muldiv(rise / 2, (int64_t)motion_fixed_abs(a0),
-                                      (int64_t)motion_fixed_abs(a0 - a1)));
+           clock_ramp_in_range(r0 + motion_fixed_muldiv_sat(
+                                        rise / 2, (int64_t)motion_fixed_abs(a0),
+                                        (int64_t)motion_fixed_abs(a0 - a1)));
 }
 
 /* Not on the tick. */
@@ -54,7 +54,8 @@ motion_clock_unit_init(struct motion_clock_unit *unit, int64_t tick_ns)
     unit->normalise = (uint8_t)normalise;
     motion_fixed_div_u128((struct motion_u128){ (uint64_t)1 << 62, 0 },
                           (uint64_t)tick_ns << normalise, &unit->inverse, NULL);
-    unit->per_s_q30 = clock_warp_muldiv(SECOND_NS, (int64_t)1 << 30, tick_ns);
+    unit->per_s_q30 =
+        motion_fixed_muldiv_sat(SECOND_NS, (int64_t)1 << 30, tick_ns);
 }
 
 /* a / n, n below 2^16 in four steps of 16 bits. */

@@ -158,6 +158,14 @@ int motion_fixed_muldiv(int64_t a, int64_t b, int64_t c, int64_t *result)
     return fixed_signed(quotient, (a < 0) != ((b < 0) != (c < 0)), result);
 }
 
+int64_t motion_fixed_muldiv_sat(int64_t a, int64_t b, int64_t c)
+{
+    int64_t result;
+    if (motion_fixed_muldiv(a, b, c, &result) < 0)
+        return (a < 0) != ((b < 0) != (c < 0)) ? INT64_MIN : INT64_MAX;
+    return result;
+}
+
 int motion_fixed_mulshift(int64_t a, int64_t b, unsigned bits, int64_t *result)
 {
     struct motion_u128 product =

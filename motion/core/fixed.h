@@ -131,6 +131,8 @@ uint64_t motion_divisor_apply(const struct motion_divisor *by,
 /* a * b / c with a 128-bit product, to nearest.  MOTION_E_RANGE when c == 0 or
  * the result is beyond int64.  Plan-time. */
 int motion_fixed_muldiv(int64_t a, int64_t b, int64_t c, int64_t *result);
+/* The same, saturated, also by c = 0, which counts as positive.  Plan-time. */
+int64_t motion_fixed_muldiv_sat(int64_t a, int64_t b, int64_t c);
 
 /* (a * b) >> bits to nearest, bits 0..127; MOTION_E_RANGE beyond int64. */
 int motion_fixed_mulshift(int64_t a, int64_t b, unsigned bits, int64_t *result);
