@@ -47,11 +47,11 @@ enum hal_can_state {
 const char *hal_can_state_text(enum hal_can_state state);
 
 struct hal_can_stats {
-    uint64_t sent, received;       /* frames */
-    uint64_t dropped;              /* received but no room to keep them */
-    uint64_t refused;              /* refused with MOTION_E_FULL */
-    uint64_t errors;               /* errors on the wire that were seen */
-    uint64_t passives, bus_offs;   /* entries into these states */
+    uint64_t sent, received; /* frames */
+    uint64_t dropped;        /* received but no room to keep them */
+    uint64_t refused;        /* refused with MOTION_E_FULL */
+    uint64_t errors;         /* errors on the wire that were seen */
+    uint64_t warnings, passives, bus_offs; /* entries, from a better state */
     uint16_t tx_errors, rx_errors; /* counters of the controller, last known */
     uint64_t busy_ns; /* time the wire was in use, all nodes; 0: unknown */
 };

@@ -89,7 +89,8 @@ enum hal_can_state can_frame_error(const struct canfd_frame *in,
     if (what & (CAN_ERR_TX_TIMEOUT | CAN_ERR_PROT | CAN_ERR_ACK |
                 CAN_ERR_BUSERROR | CAN_ERR_TRX))
         stats->errors++;
-    if (next != state) {
+    if (next > state) {
+        stats->warnings += next == HAL_CAN_WARNING;
         stats->passives += next == HAL_CAN_PASSIVE;
         stats->bus_offs += next == HAL_CAN_BUS_OFF;
     }

@@ -66,6 +66,18 @@ static bool sim_can_port_is_on(const struct sim_can_port *port)
     return !port->off && port->tx_errors < SIM_CAN_BUS_OFF_AT;
 }
 
+static void sim_can_port_count_state(struct sim_can_port *port,
+                                     enum hal_can_state before)
+{
+    const enum hal_can_state state = sim_can_port_state(port);
+
+    if (state <= before)
+        return;
+    port->stats.warnings += state == HAL_CAN_WARNING;
+    port->stats.passives += state == HAL_CAN_PASSIVE;
+    port->stats.bus_offs += state == HAL_CAN_BUS_OFF;
+}
+
 /* ---- the wire ---------------------------------------------------------- */
 
 static struct sim_can_instant sim_can_after_bits(const struct sim_can_bus *bus,
@@ -229,14 +241,14 @@ static void sim_can_bus_destroy(struct sim_can_bus *bus)
         sender->tx_errors += 8;
     if (!sim_can_port_is_on(sender))
         sender->tx.count = 0;
-    if (sim_can_port_state(sender) != before) {
-        sender->stats.passives += sim_can_port_state(sender) == HAL_CAN_PASSIVE;
-        sender->stats.bus_offs += sim_can_port_state(sender) == HAL_CAN_BUS_OFF;
-    }
+    sim_can_port_count_state(sender, before);
     for (struct sim_can_port *port = bus->first; port; port = port->next)
         if (port != sender && sim_can_port_is_on(port) &&
-            port->rx_errors < SIM_CAN_PASSIVE_AT)
+            port->rx_errors < SIM_CAN_PASSIVE_AT) {
+            const enum hal_can_state was = sim_can_port_state(port);
             port->rx_errors++;
+            sim_can_port_count_state(port, was);
+        }
 }
 
 static void sim_can_bus_finish(struct sim_can_bus *bus)

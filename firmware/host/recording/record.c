@@ -7,14 +7,17 @@
 #include "firmware/control/controller.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
+#include "firmware/host/recording/drive_events.h"
 
 #define RECORD_HAND_NS     INT64_C(1000000000)
 #define RECORD_MESSAGE_MAX 1024 /* a message's data, at most */
 
 _Static_assert(RIG_AXES_MAX + RIG_TRIGGERS_MAX + 2 <= MCAP_WRITER_CHANNELS,
                "a channel for each");
-/* Its messages, and notes: a phase, and of each axis its events and a warning. */
-#define RECORD_ROW_MESSAGES (3 * RIG_AXES_MAX + RIG_TRIGGERS_MAX + 2)
+/* Its messages, and notes: a phase, of each axis its events and a warning, and of
+ * each bus. */
+#define RECORD_ROW_MESSAGES                                                    \
+    (3 * RIG_AXES_MAX + RIG_BUSES_MAX + RIG_TRIGGERS_MAX + 2)
 _Static_assert(RECORD_ROW_MESSAGES *(RECORD_MESSAGE_MAX + MCAP_MESSAGE_HEAD) <=
                    MCAP_CHUNK_BYTES,
                "a row fits a chunk");
@@ -99,6 +102,8 @@ void record_init(struct record *record, FILE *file, const struct rig *rig,
             memory_new((size_t)rig->axis_count + 1, sizeof *record->events),
         .warning =
             memory_new((size_t)rig->axis_count + 1, sizeof *record->warning),
+        .bus_warnings = memory_new((size_t)rig->bus_count + 1,
+                                   sizeof *record->bus_warnings),
     };
     mcap_writer_begin(writer, file, library);
     record->run = mcap_writer_channel(
@@ -116,8 +121,10 @@ void record_free(struct record *record)
     mcap_writer_free(&record->writer);
     memory_free(record->events);
     memory_free(record->warning);
+    memory_free(record->bus_warnings);
     record->events = NULL;
     record->warning = NULL;
+    record->bus_warnings = NULL;
 }
 
 void record_attach(struct record *record, const char *name, const void *data,
@@ -186,30 +193,33 @@ void record_note(struct record *record, int64_t t_ns, enum record_level level,
         record_put(record, record->log, 0, t_ns, message, message + length);
 }
 
+/* What was there before the first row is not of this recording. */
 static void record_events(struct record *record,
                           const struct telemetry_row *row, uint32_t i)
 {
-    const struct hal_drive_events *now = &row->axis[i].events;
-    char text[RECORD_TEXT_MAX];
-    int at = snprintf(text, sizeof text, "%s", record->rig->axis[i].name);
-    bool any = false;
-    for (unsigned e = 0; e < HAL_DRIVE_EVENTS; e++) {
-        const uint32_t more = now->count[e] - record->events[i].count[e];
-        if (more == 0)
-            continue;
-        any = true;
-        at += snprintf(text + at, sizeof text - (size_t)at, ", %s %" PRIu32,
-                       hal_drive_event_text((enum hal_drive_event)e), more);
-        if (e == HAL_DRIVE_EVENT_EMERGENCY)
-            at += snprintf(text + at, sizeof text - (size_t)at, " (0x%04X)",
-                           now->emergency_code);
-    }
-    record->events[i] = *now;
-    if (any)
-        record_note(record, row->t_ns, RECORD_WARNING, text);
+    const struct hal_drive_events more =
+        drive_events_since(&row->axis[i].events, &record->events[i]);
+    char words[DRIVE_EVENTS_TEXT_MAX], text[RECORD_TEXT_MAX];
+    record->events[i] = row->axis[i].events;
+    if (!record->begun || !drive_events_any(&more))
+        return;
+    drive_events_text(&more, words);
+    snprintf(text, sizeof text, "%s: %s", record->rig->axis[i].name, words);
+    record_note(record, row->t_ns, RECORD_WARNING, text);
 }
 
-/* What was there before the first row is not of this recording. */
+static void record_bus(struct record *record, const struct telemetry_row *row,
+                       uint32_t i)
+{
+    char text[RECORD_TEXT_MAX];
+    if (record->begun && row->bus_warnings[i] != record->bus_warnings[i]) {
+        snprintf(text, sizeof text, "bus %s: error-warning",
+                 record->rig->bus[i].name);
+        record_note(record, row->t_ns, RECORD_WARNING, text);
+    }
+    record->bus_warnings[i] = row->bus_warnings[i];
+}
+
 static void record_warning(struct record *record,
                            const struct telemetry_row *row, uint32_t i)
 {
@@ -224,15 +234,17 @@ static void record_warning(struct record *record,
 
 static void record_notes(struct record *record, const struct telemetry_row *row)
 {
-    for (uint32_t i = 0; i < record->rig->axis_count; i++)
+    for (uint32_t i = 0; i < record->rig->axis_count; i++) {
         record_warning(record, row, i);
+        record_events(record, row, i);
+    }
+    for (uint32_t i = 0; i < record->rig->bus_count; i++)
+        record_bus(record, row, i);
     if (!record->begun || row->phase != record->phase)
         record_note(record, row->t_ns, RECORD_INFO,
                     telemetry_phase_text(row->phase));
     record->begun = true;
     record->phase = row->phase;
-    for (uint32_t i = 0; i < record->rig->axis_count; i++)
-        record_events(record, row, i);
 }
 
 /* --- rows --- */

@@ -45,6 +45,7 @@ struct record {
     enum telemetry_phase phase;      /* of the row before */
     struct hal_drive_events *events; /* of each axis; on the heap */
     uint32_t *warning;               /* number of the newest; likewise */
+    uint32_t *bus_warnings;          /* of each bus; likewise */
 };
 
 /* Header, schemas and channels; all zero before, record_free in the end. */

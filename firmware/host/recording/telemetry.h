@@ -82,6 +82,7 @@ struct telemetry_row {
     enum telemetry_phase phase;
     int state;                   /* enum controller_state */
     struct telemetry_axis *axis; /* of the rig */
+    uint32_t *bus_warnings; /* so far, of each of its buses; not in the file */
     struct telemetry_shot *shot; /* of its trigger lines, in order */
     unsigned shot_count;
     uint64_t faults;    /* of a fault script, in force */

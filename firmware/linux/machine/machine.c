@@ -497,7 +497,15 @@ bool machine_is_at_rest(const struct machine *machine)
     return true;
 }
 
-int64_t machine_busy_ns(struct machine *machine, unsigned bus)
+uint32_t machine_bus_warnings(const struct machine *machine, unsigned bus)
+{
+    struct hal_can_stats stats = { 0 };
+    if (rig_bus_is_can(&machine->rig->bus[bus]))
+        hal_can_stats(machine->ports.can[bus], &stats);
+    return (uint32_t)stats.warnings;
+}
+
+int64_t machine_busy_ns(const struct machine *machine, unsigned bus)
 {
     struct hal_can_stats stats;
     struct hal_modbus_stats line;

@@ -133,6 +133,9 @@ bool machine_is_at_rest(const struct machine *machine);
 /* The wire's time in use so far, ns; 0: unknown.  Of a serial line what its
  * frames and silences need, whatever waiting came on top; of TCP, which has no
  * rate, how long answers were waited for. */
-int64_t machine_busy_ns(struct machine *machine, unsigned bus);
+int64_t machine_busy_ns(const struct machine *machine, unsigned bus);
+/* How often the CAN port of a bus came to error-warning, an error counter of 96 (ISO
+ * 11898-1, 12.1.4.3), which stops nothing; 0 of what is no CAN bus. */
+uint32_t machine_bus_warnings(const struct machine *machine, unsigned bus);
 
 #endif

@@ -26,6 +26,7 @@ static void player_storage(struct player *player, const struct rig *rig)
     CAPACITY(player->busy_ns, rig->bus_count);
     row->shot_count = rig_trigger_count(rig);
     CAPACITY(row->axis, axes);
+    CAPACITY(row->bus_warnings, rig->bus_count);
     CAPACITY(row->shot, row->shot_count);
 #undef CAPACITY
 }

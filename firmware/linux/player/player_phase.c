@@ -251,7 +251,7 @@ static void player_measure_load(struct player *player)
 {
     int64_t dur_ns = player->now_ns - player->move_ns;
     for (unsigned i = 0; i < player->job->rig.bus_count && dur_ns > 0; i++)
-        player->observer.report->load[i] =
+        player->observer.report->bus[i].load =
             (double)(machine_busy_ns(player->machine, i) - player->busy_ns[i]) /
             (double)dur_ns;
 }

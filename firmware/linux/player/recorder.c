@@ -6,19 +6,23 @@
 void recorder_init(struct recorder *recorder, const struct rig *rig)
 {
     struct memory_pool *memory = &recorder->memory;
-    const size_t shots = rig_trigger_count(rig), axes = rig->axis_count;
+    const size_t shots = rig_trigger_count(rig), axes = rig->axis_count,
+                 buses = rig->bus_count;
     memory_pool_free(memory);
     struct telemetry_axis *axis =
         memory_pool_new(memory, RECORDER_ROWS * axes, sizeof *axis);
     struct telemetry_shot *shot =
         memory_pool_new(memory, RECORDER_ROWS * shots, sizeof *shot);
+    uint32_t *bus = memory_pool_new(memory, RECORDER_ROWS * buses, sizeof *bus);
     for (size_t i = 0; i < RECORDER_ROWS; i++)
         recorder->row[i] = (struct telemetry_row){
             .axis = axis + i * axes,
+            .bus_warnings = bus + i * buses,
             .shot = shot + i * shots,
             .shot_count = (unsigned)shots,
         };
     recorder->axis_count = rig->axis_count;
+    recorder->bus_count = rig->bus_count;
     atomic_init(&recorder->put, 0);
     atomic_init(&recorder->taken, 0);
     recorder->dropped = 0;
@@ -72,6 +76,8 @@ void recorder_look(struct telemetry_row *row, const struct machine *machine)
         (void)machine_statusword(machine, i, &row->axis[i].statusword);
         recorder_add_jerk(row, machine, i);
     }
+    for (unsigned i = 0; i < machine->rig->bus_count; i++)
+        row->bus_warnings[i] = machine_bus_warnings(machine, i);
 }
 
 void recorder_look_shots(struct telemetry_row *row,
@@ -110,6 +116,8 @@ bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
     }
     struct telemetry_row *to = &recorder->row[put % RECORDER_ROWS];
     memcpy(to->axis, row->axis, recorder->axis_count * sizeof *to->axis);
+    memcpy(to->bus_warnings, row->bus_warnings,
+           recorder->bus_count * sizeof *to->bus_warnings);
     memcpy(to->shot, row->shot, to->shot_count * sizeof *to->shot);
     to->t_ns = row->t_ns;
     to->late_ns = row->late_ns;

@@ -16,7 +16,7 @@
 
 struct recorder {
     struct memory_pool memory; /* of the rows' axes and shots */
-    unsigned axis_count;
+    unsigned axis_count, bus_count;
     _Atomic uint64_t put, taken; /* rows ever */
     uint64_t dropped;            /* the writer's */
     struct telemetry_row row[RECORDER_ROWS];

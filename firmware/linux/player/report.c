@@ -13,8 +13,8 @@ void report_init(struct report *report, const struct job *job)
     report->job = job;
     report->axis = memory_pool_new(&report->memory, job->move.axis_count,
                                    sizeof *report->axis);
-    report->load = memory_pool_new(&report->memory, job->rig.bus_count,
-                                   sizeof *report->load);
+    report->bus = memory_pool_new(&report->memory, job->rig.bus_count,
+                                  sizeof *report->bus);
     report->torque = memory_pool_new(&report->memory, job->rig.axis_count,
                                      sizeof *report->torque);
 }
@@ -74,6 +74,12 @@ void report_take(struct report *report, const struct telemetry_row *row)
         const struct telemetry_axis *at = &row->axis[report->job->rig_axis[i]];
         report->axis[i].events = at->events;
         report_warning_take(&report->axis[i].warnings, &at->warning, row->t_ns);
+    }
+    for (unsigned i = 0; i < report->job->rig.bus_count; i++) {
+        struct report_bus *bus = &report->bus[i];
+        if (bus->warnings == 0)
+            bus->warned_ns = row->t_ns;
+        bus->warnings = row->bus_warnings[i];
     }
     if (!report->started)
         report->start_ns = row->t_ns; /* started right after this tick */

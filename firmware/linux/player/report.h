@@ -32,6 +32,12 @@ struct report_axis {
     struct report_warnings warnings;
 };
 
+struct report_bus {
+    double load; /* share of the wire's time during the move */
+    uint32_t warnings;
+    int64_t warned_ns; /* the first, from the start of the run */
+};
+
 enum report_end {
     REPORT_DONE,
     REPORT_FAULT,
@@ -50,7 +56,7 @@ struct report {
     uint32_t set_points_crc32; /* of every tick's positions, in the move */
     int64_t times;             /* to its end */
     bool is_repeated;          /* was to be played more than once */
-    double *load; /* of each bus: share of the wire's time during the move */
+    struct report_bus *bus;    /* of each bus */
     struct controller_fault_record fault;
     bool monitored; /* the fault is a limit that the rig has for its drive */
     char fault_text[192]; /* the drive's own words, or homing's */

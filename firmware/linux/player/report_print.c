@@ -5,6 +5,7 @@
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
+#include "firmware/host/recording/drive_events.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/machine/machine_fault.h"
 #include "firmware/linux/player/arrivals.h"
@@ -144,46 +145,44 @@ static void report_fault(const struct report *report, FILE *file)
         fputs("slew drive reset clears it, once its cause is gone\n", file);
 }
 
-static bool report_has_events(const struct report_axis *axis)
-{
-    uint32_t any = 0;
-    for (unsigned i = 0; i < HAL_DRIVE_EVENTS; i++)
-        any |= axis->events.count[i];
-    return any != 0;
-}
-
 /* "events: pan: warning 2, emergency message 1 (0x8130)": what the drives said
  * without being in fault. */
 static void report_events(const struct report *report, unsigned i, FILE *file)
 {
     const struct report_axis *axis = &report->axis[i];
-    const char *comma = "";
-    if (!report_has_events(axis))
+    char text[DRIVE_EVENTS_TEXT_MAX];
+    if (!drive_events_any(&axis->events))
         return;
-    fprintf(file, "events: %s: ", job_rig_axis(report->job, i)->name);
-    for (unsigned e = 0; e < HAL_DRIVE_EVENTS; e++)
-        if (axis->events.count[e] > 0) {
-            fprintf(file, "%s%s %" PRIu32, comma,
-                    hal_drive_event_text((enum hal_drive_event)e),
-                    axis->events.count[e]);
-            comma = ", ";
-        }
-    if (axis->events.count[HAL_DRIVE_EVENT_EMERGENCY] > 0)
-        fprintf(file, " (0x%04X)", axis->events.emergency_code);
-    fputc('\n', file);
+    drive_events_text(&axis->events, text);
+    fprintf(file, "events: %s: %s\n", job_rig_axis(report->job, i)->name, text);
+}
+
+static void report_bus_events(const struct report *report, FILE *file)
+{
+    for (uint32_t i = 0; i < report->job->rig.bus_count; i++) {
+        const struct report_bus *bus = &report->bus[i];
+        char when[NUMBER_MAX];
+        if (bus->warnings == 0)
+            continue;
+        number_seconds(when, bus->warned_ns * MOTION_FIXED_NS_Q12);
+        fprintf(file,
+                "events: bus %s: error-warning %" PRIu32
+                " (first after %s s of the run)\n",
+                report->job->rig.bus[i].name, bus->warnings, when);
+    }
 }
 
 static void report_buses(const struct report *report, FILE *file)
 {
     bool known = false;
     for (uint32_t i = 0; i < report->job->rig.bus_count; i++)
-        known |= report->load[i] > 0;
+        known |= report->bus[i].load > 0;
     if (!known) /* a real interface does not tell */
         return;
     fputs("bus load:", file);
     for (uint32_t i = 0; i < report->job->rig.bus_count; i++)
         fprintf(file, "%s %s %.1f %%", i > 0 ? "," : "",
-                report->job->rig.bus[i].name, 100 * report->load[i]);
+                report->job->rig.bus[i].name, 100 * report->bus[i].load);
     fputs(" (mean during the move)\n", file);
 }
 
@@ -282,6 +281,7 @@ void report_print(const struct report *report, FILE *file)
         report_warning_print(&report->axis[i].warnings,
                              job_rig_axis(report->job, i), file);
     }
+    report_bus_events(report, file);
     report_clock(report, file);
     report_files(report, file);
 }
@@ -296,20 +296,6 @@ static void report_json_peak(cJSON *item, const char *name,
     json_add_fixed(object, "peak", report->axis[i].peak[order], 32);
     if (limit != 0)
         json_add_fixed(object, "limit", limit, 32);
-}
-
-static void report_json_events(cJSON *item, const struct report_axis *axis)
-{
-    cJSON *object;
-    if (!report_has_events(axis))
-        return;
-    object = cJSON_AddObjectToObject(item, "events");
-    for (unsigned e = 0; e < HAL_DRIVE_EVENTS; e++)
-        cJSON_AddNumberToObject(object,
-                                hal_drive_event_text((enum hal_drive_event)e),
-                                axis->events.count[e]);
-    cJSON_AddNumberToObject(object, "emergency_code",
-                            axis->events.emergency_code);
 }
 
 static cJSON *report_json_axis(const struct report *report, unsigned i)
@@ -328,7 +314,8 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
     if (report->arrivals != NULL)
         arrivals_json(report->arrivals, i, item);
     json_add_fixed(item, "end_error", report_end_error(report, i), 32);
-    report_json_events(item, axis);
+    if (drive_events_any(&axis->events))
+        drive_events_json(&axis->events, item);
     report_warning_json(&axis->warnings, item);
     return item;
 }
@@ -363,7 +350,13 @@ static void report_json_buses(const struct report *report, cJSON *object)
     for (uint32_t i = 0; i < rig->bus_count; i++) {
         cJSON *bus = cJSON_CreateObject();
         cJSON_AddStringToObject(bus, "name", rig->bus[i].name);
-        cJSON_AddNumberToObject(bus, "load", report->load[i]);
+        cJSON_AddNumberToObject(bus, "load", report->bus[i].load);
+        if (report->bus[i].warnings > 0) {
+            cJSON *item = cJSON_AddObjectToObject(bus, "error_warning");
+            cJSON_AddNumberToObject(item, "count", report->bus[i].warnings);
+            cJSON_AddNumberToObject(item, "after_s",
+                                    (double)report->bus[i].warned_ns / 1e9);
+        }
         cJSON_AddItemToArray(buses, bus);
     }
 }

@@ -6,6 +6,7 @@
 
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
+#include "firmware/host/recording/drive_events.h"
 #include "motion/core/err.h"
 
 #define CONTROL_LINES 16 /* of one client in one step */
@@ -98,7 +99,7 @@ static void control_answer(struct service_control *control)
 static void control_warning(const struct service_control *control,
                             const struct service_event *event, cJSON *object)
 {
-    const struct rig_axis *axis = &control->rig->axis[event->axis];
+    const struct rig_axis *axis = &control->rig->axis[event->index];
     const struct warning *warning = &event->warning;
     char text[WARNING_TEXT_MAX];
     warning_text(warning, axis, text);
@@ -110,30 +111,75 @@ static void control_warning(const struct service_control *control,
     cJSON_AddStringToObject(object, "text", text);
 }
 
+static void control_drive(const struct service_control *control,
+                          const struct service_event *event, cJSON *object)
+{
+    const char *axis = control->rig->axis[event->index].name;
+    char words[DRIVE_EVENTS_TEXT_MAX], text[MACHINE_FAULT_MAX];
+    drive_events_text(&event->drive, words);
+    snprintf(text, sizeof text, "%s: %s", axis, words);
+    cJSON_AddStringToObject(object, "axis", axis);
+    drive_events_json(&event->drive, object);
+    cJSON_AddStringToObject(object, "text", text);
+}
+
+static void control_bus(const struct service_control *control,
+                        const struct service_event *event, cJSON *object)
+{
+    const char *bus = control->rig->bus[event->index].name;
+    char text[MACHINE_FAULT_MAX];
+    snprintf(text, sizeof text, "bus %s: error-warning", bus);
+    cJSON_AddStringToObject(object, "bus", bus);
+    cJSON_AddStringToObject(object, "code", "error_warning");
+    cJSON_AddNumberToObject(object, "count", (double)event->count);
+    cJSON_AddStringToObject(object, "text", text);
+}
+
+static void control_fault(const struct service_control *control,
+                          const struct service_event *event, cJSON *object)
+{
+    (void)control;
+    cJSON_AddStringToObject(object, "code", service_fault_code(event->fault));
+    cJSON_AddStringToObject(object, "text", event->text);
+}
+
+static void control_homing(const struct service_control *control,
+                           const struct service_event *event, cJSON *object)
+{
+    (void)control;
+    cJSON_AddBoolToObject(object, "done", event->text[0] == '\0');
+    if (event->text[0] != '\0')
+        cJSON_AddStringToObject(object, "text", event->text);
+}
+
+static void control_lost(const struct service_control *control,
+                         const struct service_event *event, cJSON *object)
+{
+    (void)control;
+    cJSON_AddNumberToObject(object, "count", (double)event->count);
+}
+
 static void control_event(struct service_control *control,
                           const struct service_event *event)
 {
-    static const char *const name[] = {
-        [SERVICE_EVENT_STATE] = "state",
-        [SERVICE_EVENT_FAULT] = "fault",
-        [SERVICE_EVENT_HOMING] = "homing",
-        [SERVICE_EVENT_LOST] = "ticks lost",
-        [SERVICE_EVENT_WARNING] = "warning",
+    static const struct {
+        const char *name;
+        void (*add)(const struct service_control *control,
+                    const struct service_event *event, cJSON *object);
+    } kind[] = {
+        [SERVICE_EVENT_STATE] = { "state", NULL },
+        [SERVICE_EVENT_FAULT] = { "fault", control_fault },
+        [SERVICE_EVENT_HOMING] = { "homing", control_homing },
+        [SERVICE_EVENT_LOST] = { "ticks lost", control_lost },
+        [SERVICE_EVENT_WARNING] = { "warning", control_warning },
+        [SERVICE_EVENT_DRIVE] = { "drive", control_drive },
+        [SERVICE_EVENT_BUS] = { "bus", control_bus },
     };
-    cJSON *object = service_event_object(name[event->kind], event->now_ns);
+    cJSON *object = service_event_object(kind[event->kind].name, event->now_ns);
     cJSON_AddStringToObject(object, "state",
                             controller_state_text(event->state));
-    if (event->kind == SERVICE_EVENT_LOST)
-        cJSON_AddNumberToObject(object, "count", (double)event->count);
-    if (event->kind == SERVICE_EVENT_FAULT)
-        cJSON_AddStringToObject(object, "code",
-                                service_fault_code(event->fault));
-    if (event->kind == SERVICE_EVENT_HOMING)
-        cJSON_AddBoolToObject(object, "done", event->text[0] == '\0');
-    if (event->text[0] != '\0')
-        cJSON_AddStringToObject(object, "text", event->text);
-    if (event->kind == SERVICE_EVENT_WARNING)
-        control_warning(control, event, object);
+    if (kind[event->kind].add != NULL)
+        kind[event->kind].add(control, event, object);
     if (event->kind == SERVICE_EVENT_FAULT)
         service_record_fault(control, event->text);
     service_tell_all(control, object);

@@ -8,12 +8,13 @@
 #include <string.h>
 #include <sys/resource.h>
 
+#include "firmware/host/recording/drive_events.h"
 #include "firmware/linux/machine/pace.h"
 #include "motion/core/err.h"
 
 #define LOOP_OFF_NS      INT64_C(300000000)  /* torque off, at least */
 #define LOOP_QUICK_NS    INT64_C(3000000000) /* quick stop, at most */
-#define LOOP_LOST_NS     INT64_C(1000000000) /* said once in */
+#define LOOP_SAID_NS     INT64_C(1000000000) /* once in */
 #define LOOP_VIEW_NS     INT64_C(50000000)   /* between two looks at buses */
 #define LOOP_STACK       262144
 #define LOOP_FAULT_TICKS 32 /* between two looks at page faults */
@@ -29,8 +30,10 @@ void service_loop_init(struct service_loop *loop, struct machine *machine,
     mailbox_init(&loop->mailbox);
     service_board_init(&loop->board, machine->rig, &loop->memory);
     machine_view_init(&loop->view, machine->rig, &loop->memory);
-    loop->warned = memory_pool_new(&loop->memory, machine->rig->axis_count,
-                                   sizeof *loop->warned);
+    loop->axis_told = memory_pool_new(&loop->memory, machine->rig->axis_count,
+                                      sizeof *loop->axis_told);
+    loop->bus_told = memory_pool_new(&loop->memory, machine->rig->bus_count,
+                                     sizeof *loop->bus_told);
 }
 
 void service_loop_free(struct service_loop *loop)
@@ -66,21 +69,56 @@ static void loop_say(struct service_loop *loop, enum service_event_kind kind)
     service_board_put(&loop->board, &event);
 }
 
-static void loop_say_warnings(struct service_loop *loop)
+/* More of one kind than once in a second are said together. */
+static bool loop_is_quiet(const struct service_loop *loop, int64_t told_ns)
 {
-    for (unsigned i = 0; i < loop->machine->rig->axis_count; i++) {
-        const struct warning *newest = &loop->machine->warnings[i].newest;
-        const struct service_event event = {
-            .kind = SERVICE_EVENT_WARNING,
-            .now_ns = loop->now_ns,
-            .state = loop->machine->controller.state,
-            .axis = i,
-            .warning = *newest,
-        };
-        if (newest->number != loop->warned[i])
-            service_board_put(&loop->board, &event);
-        loop->warned[i] = newest->number;
+    return told_ns != 0 && loop->now_ns - told_ns < LOOP_SAID_NS;
+}
+
+static void loop_say_axis(struct service_loop *loop, unsigned i)
+{
+    struct service_told_axis *told = &loop->axis_told[i];
+    const struct warning *warning = &loop->machine->warnings[i].newest;
+    const struct hal_drive_events *drive =
+        &loop->machine->controller.axis[i].feedback.events;
+    const struct hal_drive_events more =
+        drive_events_since(drive, &told->drive);
+    struct service_event event = {
+        .now_ns = loop->now_ns,
+        .state = loop->machine->controller.state,
+        .index = i,
+    };
+    if (warning->number != told->warning) {
+        event.kind = SERVICE_EVENT_WARNING;
+        event.warning = *warning;
+        service_board_put(&loop->board, &event);
+        told->warning = warning->number;
     }
+    if (drive_events_any(&more) && !loop_is_quiet(loop, told->drive_ns)) {
+        event.kind = SERVICE_EVENT_DRIVE;
+        event.drive = more;
+        service_board_put(&loop->board, &event);
+        told->drive = *drive;
+        told->drive_ns = loop->now_ns;
+    }
+}
+
+static void loop_say_bus(struct service_loop *loop, unsigned i)
+{
+    struct service_told_bus *told = &loop->bus_told[i];
+    const uint32_t warnings = machine_bus_warnings(loop->machine, i);
+    const struct service_event event = {
+        .kind = SERVICE_EVENT_BUS,
+        .now_ns = loop->now_ns,
+        .state = loop->machine->controller.state,
+        .index = i,
+        .count = warnings,
+    };
+    if (warnings == told->warnings || loop_is_quiet(loop, told->ns))
+        return;
+    service_board_put(&loop->board, &event);
+    told->warnings = warnings;
+    told->ns = loop->now_ns;
 }
 
 static void loop_say_events(struct service_loop *loop)
@@ -89,14 +127,17 @@ static void loop_say_events(struct service_loop *loop)
     const bool homing = homing_is_running(&loop->machine->homing);
     if (controller->state != loop->state)
         loop_say(loop, SERVICE_EVENT_STATE);
-    loop_say_warnings(loop);
+    for (unsigned i = 0; i < loop->machine->rig->axis_count; i++)
+        loop_say_axis(loop, i);
+    for (unsigned i = 0; i < loop->machine->rig->bus_count; i++)
+        loop_say_bus(loop, i);
     if (controller->fault.fault != loop->fault &&
         controller->fault.fault != CONTROLLER_FAULT_NONE)
         loop_say(loop, SERVICE_EVENT_FAULT);
     if (loop->homing && !homing)
         loop_say(loop, SERVICE_EVENT_HOMING);
     if (controller->ticks_lost != loop->lost &&
-        loop->now_ns - loop->lost_ns >= LOOP_LOST_NS) {
+        !loop_is_quiet(loop, loop->lost_ns)) {
         loop_say(loop, SERVICE_EVENT_LOST);
         loop->lost = controller->ticks_lost;
         loop->lost_ns = loop->now_ns;

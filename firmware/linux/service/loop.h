@@ -48,6 +48,17 @@ struct service_request {
 
 enum service_request_turn { SERVICE_FREE, SERVICE_ASKED, SERVICE_DONE };
 
+/* What was said of an axis and of a bus, and when. */
+struct service_told_axis {
+    uint32_t warning; /* number of the newest */
+    struct hal_drive_events drive;
+    int64_t drive_ns;
+};
+struct service_told_bus {
+    uint32_t warnings;
+    int64_t ns;
+};
+
 struct service_loop {
     struct machine *machine;
     struct memory_pool memory; /* taken before the first tick */
@@ -76,7 +87,8 @@ struct service_loop {
     enum controller_state state;
     enum controller_fault fault;
     bool homing;
-    uint32_t *warned; /* of each axis: number of the newest warning */
+    struct service_told_axis *axis_told;
+    struct service_told_bus *bus_told;
     struct service_shoot shoot;
     struct service_follow follow;
     int64_t viewed_ns; /* buses and lines, the last time */

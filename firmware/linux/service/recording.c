@@ -31,6 +31,8 @@ void service_recording_init(struct service_recording *self,
     self->row = (struct telemetry_row){
         .axis = memory_pool_new(&self->memory, rig->axis_count,
                                 sizeof *self->row.axis),
+        .bus_warnings = memory_pool_new(&self->memory, rig->bus_count,
+                                        sizeof *self->row.bus_warnings),
         .shot = memory_pool_new(&self->memory, rig_trigger_count(rig),
                                 sizeof *self->row.shot),
         .shot_count = (unsigned)rig_trigger_count(rig),

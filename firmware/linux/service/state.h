@@ -54,6 +54,8 @@ enum service_event_kind {
     SERVICE_EVENT_HOMING,  /* it is over; text: why it failed, or "" */
     SERVICE_EVENT_LOST,    /* ticks were lost: count */
     SERVICE_EVENT_WARNING, /* of an axis; text: what it is */
+    SERVICE_EVENT_DRIVE,   /* what the drive of an axis says without a fault */
+    SERVICE_EVENT_BUS,     /* a bus warns: count, since the start */
 };
 
 struct service_event {
@@ -62,8 +64,11 @@ struct service_event {
     enum controller_state state;
     enum controller_fault fault;
     uint64_t count;
-    unsigned axis; /* WARNING: of the rig */
-    struct warning warning;
+    unsigned index; /* WARNING, DRIVE: axis of the rig; BUS: bus */
+    union {
+        struct warning warning;
+        struct hal_drive_events drive; /* since the last such event */
+    };
     char text[MACHINE_FAULT_MAX];
 };
 

@@ -463,6 +463,9 @@ def judge(slew, directory, row, at, number):
     if what is not None and not any(
             w in blamed if w else not blamed for w in any_of(what)):
         wrong.append(f"blamed on: {blamed or 'nothing'}")
+    if name == "CAN warning" and not any(
+            "error_warning" in bus for bus in run.report["buses"]):
+        wrong.append("not in the report")
     if axis is not None and of not in any_of(axis):
         wrong.append(f"blamed on {of or 'no axis'}")
     if seen not in any_of(reaction):

@@ -80,19 +80,20 @@ static void error_frames_change_the_state(void **state)
         uint32_t id;
         uint8_t controller, tx, rx;
         enum hal_can_state from, to;
-        unsigned errors, passives, bus_offs;
+        unsigned errors, warnings, passives, bus_offs;
     } row[] = {
-        { 0x204, 0x08, 100, 50, HAL_CAN_ACTIVE, HAL_CAN_WARNING, 0, 0, 0 },
-        { 0x204, 0x04, 0, 96, HAL_CAN_ACTIVE, HAL_CAN_WARNING, 0, 0, 0 },
-        { 0x204, 0x20, 128, 0, HAL_CAN_WARNING, HAL_CAN_PASSIVE, 0, 1, 0 },
-        { 0x204, 0x10, 0, 128, HAL_CAN_ACTIVE, HAL_CAN_PASSIVE, 0, 1, 0 },
-        { 0x204, 0x20, 130, 0, HAL_CAN_PASSIVE, HAL_CAN_PASSIVE, 0, 0, 0 },
-        { 0x204, 0x14, 99, 128, HAL_CAN_WARNING, HAL_CAN_PASSIVE, 0, 1, 0 },
-        { 0x204, 0x40, 0, 0, HAL_CAN_PASSIVE, HAL_CAN_ACTIVE, 0, 0, 0 },
-        { 0x040, 0x00, 0, 0, HAL_CAN_PASSIVE, HAL_CAN_BUS_OFF, 0, 0, 1 },
-        { 0x100, 0x00, 0, 0, HAL_CAN_BUS_OFF, HAL_CAN_ACTIVE, 0, 0, 0 },
-        { 0x0A8, 0x00, 0, 0, HAL_CAN_ACTIVE, HAL_CAN_ACTIVE, 1, 0, 0 },
-        { 0x002, 0x00, 0, 0, HAL_CAN_WARNING, HAL_CAN_WARNING, 0, 0, 0 },
+        { 0x204, 0x08, 100, 50, HAL_CAN_ACTIVE, HAL_CAN_WARNING, 0, 1, 0, 0 },
+        { 0x204, 0x04, 0, 96, HAL_CAN_ACTIVE, HAL_CAN_WARNING, 0, 1, 0, 0 },
+        { 0x204, 0x20, 128, 0, HAL_CAN_WARNING, HAL_CAN_PASSIVE, 0, 0, 1, 0 },
+        { 0x204, 0x10, 0, 128, HAL_CAN_ACTIVE, HAL_CAN_PASSIVE, 0, 0, 1, 0 },
+        { 0x204, 0x20, 130, 0, HAL_CAN_PASSIVE, HAL_CAN_PASSIVE, 0, 0, 0, 0 },
+        { 0x204, 0x14, 99, 128, HAL_CAN_WARNING, HAL_CAN_PASSIVE, 0, 0, 1, 0 },
+        { 0x204, 0x40, 0, 0, HAL_CAN_PASSIVE, HAL_CAN_ACTIVE, 0, 0, 0, 0 },
+        { 0x040, 0x00, 0, 0, HAL_CAN_PASSIVE, HAL_CAN_BUS_OFF, 0, 0, 0, 1 },
+        { 0x100, 0x00, 0, 0, HAL_CAN_BUS_OFF, HAL_CAN_ACTIVE, 0, 0, 0, 0 },
+        { 0x0A8, 0x00, 0, 0, HAL_CAN_ACTIVE, HAL_CAN_ACTIVE, 1, 0, 0, 0 },
+        { 0x204, 0x08, 100, 0, HAL_CAN_PASSIVE, HAL_CAN_WARNING, 0, 0, 0, 0 },
+        { 0x002, 0x00, 0, 0, HAL_CAN_WARNING, HAL_CAN_WARNING, 0, 0, 0, 0 },
     };
 
     (void)state;
@@ -109,6 +110,7 @@ static void error_frames_change_the_state(void **state)
         assert_true(can_frame_is_error(&raw));
         if (can_frame_error(&raw, row[i].from, &stats) != row[i].to ||
             stats.errors != row[i].errors ||
+            stats.warnings != row[i].warnings ||
             stats.passives != row[i].passives ||
             stats.bus_offs != row[i].bus_offs)
             fail_msg("row %zu", i);
@@ -448,6 +450,7 @@ static void a_card_goes_passive_and_off_and_says_so(void **state)
     /* the kernel would take it, and throw it away */
     assert_int_equal(hal_can_send(&card.port.can, &frame), MOTION_E_IO);
     hal_can_stats(&card.port.can, &stats);
+    assert_int_equal(stats.warnings, 1);
     assert_int_equal(stats.passives, 1);
     assert_int_equal(stats.bus_offs, 1);
     card_end(&card);

@@ -300,6 +300,7 @@ static void alone_on_the_bus_a_sender_gets_error_passive(void **state)
 {
     struct fixture *f = fixture_new(1000000, 2);
     struct hal_can *can = &f->port[0].can;
+    struct hal_can_stats stats;
 
     (void)state;
     sim_can_port_set_off(&f->port[1], true);
@@ -315,6 +316,9 @@ static void alone_on_the_bus_a_sender_gets_error_passive(void **state)
     sim_world_run(&f->world, 200 * MS);
     expect(f, 1, "080#");
     assert_int_equal(hal_can_state(can), HAL_CAN_WARNING);
+    hal_can_stats(can, &stats);
+    assert_int_equal(stats.warnings, 1); /* not for the better */
+    assert_int_equal(stats.passives, 1);
     free(f);
 }
 

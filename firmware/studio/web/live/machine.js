@@ -230,7 +230,7 @@ export class Machine {
     }
     if (event.event === "homing")
       this.say(event.done ? "Homed." : `Homing failed: ${event.text}`, !event.done);
-    if (event.event === "warning") this.say(`Warning: ${event.text}`, true);
+    if (["warning", "drive", "bus"].includes(event.event)) this.say(`Warning: ${event.text}`, true);
     if (event.event === "ticks lost")
       this.say(
         event.count === 1

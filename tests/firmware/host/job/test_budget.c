@@ -95,10 +95,10 @@ static void expect_load_as_computed(void)
         struct budget budget;
         budget_of(&job.rig, i, &job, &budget);
         print_message("bus %u: %.4f %% counted, %.4f %% expected\n", i,
-                      100 * report.load[i], 100 * budget.expected);
-        assert_true(report.load[i] > 0.99 * budget.expected);
-        assert_true(report.load[i] < 1.01 * budget.expected);
-        assert_true(report.load[i] < budget.most);
+                      100 * report.bus[i].load, 100 * budget.expected);
+        assert_true(report.bus[i].load > 0.99 * budget.expected);
+        assert_true(report.bus[i].load < 1.01 * budget.expected);
+        assert_true(report.bus[i].load < budget.most);
         budget_free(&budget);
     }
 }

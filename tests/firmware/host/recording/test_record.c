@@ -43,11 +43,14 @@ static struct rig_line rig_lines[] = {
     { .name = "stop", .kind = RIG_LINE_ESTOP },
     { .name = "camera", .kind = RIG_LINE_TRIGGER },
 };
+static struct rig_bus rig_buses[] = { { .name = "can0" }, { .name = "can1" } };
 static const struct rig rig = {
     .axis = rig_axes,
     .axis_count = ARRAY_LEN(rig_axes),
     .line = rig_lines,
     .line_count = ARRAY_LEN(rig_lines),
+    .bus = rig_buses,
+    .bus_count = ARRAY_LEN(rig_buses),
 };
 
 /* Row i is the same each time it is made. */
@@ -55,6 +58,7 @@ static struct telemetry_row any_row(int i)
 {
     static struct telemetry_axis axis[2];
     static struct telemetry_shot shot[1];
+    static uint32_t bus_warnings[2];
     uint64_t seed = SEED + (uint64_t)i * 977;
     const int64_t most = INT64_C(1) << 50;
     for (int a = 0; a < 2; a++) {
@@ -71,6 +75,8 @@ static struct telemetry_row any_row(int i)
             .limit_q32 = (int64_t)1 << 32,
         };
     }
+    bus_warnings[0] = 7; /* from before */
+    bus_warnings[1] = i >= 720 ? 1 : 0;
     shot[0] = (struct telemetry_shot){ .number = i % 97 == 0 ? (uint32_t)i : 0,
                                        .t_ns = i % 97 == 0 ? 1000 * i : 0 };
     return (struct telemetry_row){
@@ -82,6 +88,7 @@ static struct telemetry_row any_row(int i)
         .phase = (enum telemetry_phase)(i / 1000),
         .state = i % 6,
         .axis = axis,
+        .bus_warnings = bus_warnings,
         .shot = shot,
         .shot_count = 1,
     };
@@ -198,14 +205,15 @@ static void rows_read_back_as_they_were_written(void **state)
     assert_int_equal(file.rig.axis_count, 2);
     assert_string_equal(file.rig.axis[1].name, "pan");
     assert_int_equal(file.rig.axis[1].unit, UNITS_AXIS_DEG);
-    /* five phases, the warning of dolly that came meanwhile, and the two events
-     * of pan */
-    assert_int_equal(seen.notes, 7);
+    /* five phases, the warnings of dolly and of can1 that came meanwhile, and the two
+     * events of pan */
+    assert_int_equal(seen.notes, 8);
     assert_string_equal(seen.note[0], "enabling drives");
     assert_string_equal(seen.note[1],
                         "dolly: following error over half of its limit, 0.75 "
                         "of 1 mm");
-    assert_memory_equal(seen.note[2], "pan, ", 5);
+    assert_string_equal(seen.note[2], "pan: warning 2");
+    assert_string_equal(seen.note[3], "bus can1: error-warning");
     record_file_free(&file);
 }
 

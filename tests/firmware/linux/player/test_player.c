@@ -145,9 +145,9 @@ static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
     for (unsigned i = 0; i < bench.job.rig.bus_count; i++) {
         struct budget budget;
         budget_of(&bench.job.rig, i, &bench.job, &budget);
-        assert_true(bench.report.load[i] > 0.99 * budget.expected);
-        assert_true(bench.report.load[i] < 1.01 * budget.expected);
-        assert_true(bench.report.load[i] < budget.most);
+        assert_true(bench.report.bus[i].load > 0.99 * budget.expected);
+        assert_true(bench.report.bus[i].load < 1.01 * budget.expected);
+        assert_true(bench.report.bus[i].load < budget.most);
         budget_free(&budget);
     }
 }
@@ -348,7 +348,7 @@ static void two_interrupts_stop_every_drive_at_once(void **state)
     run(&plain);
     assert_int_equal(bench.report.end, REPORT_QUICK_STOPPED);
     assert_torque_is_off();
-    assert_true(bench.report.load[0] > 0.2);
+    assert_true(bench.report.bus[0].load > 0.2);
     /* dolly: 225 mm/s at 400 mm/s2 */
     assert_in_range(bench.player.now_ns - bench.player.phase_ns, 1, SECOND);
 }
@@ -418,7 +418,11 @@ static void reports_are_text_and_json(void **state)
     (void)state;
     char text[8192];
     static struct telemetry_axis axis[16];
-    struct telemetry_row row = { .phase = TELEMETRY_STOP, .axis = axis };
+    static uint32_t bus_warnings[RIG_BUSES_MAX] = { 3 };
+    struct telemetry_row row = { .t_ns = 2500000000,
+                                 .phase = TELEMETRY_STOP,
+                                 .axis = axis,
+                                 .bus_warnings = bus_warnings };
     FILE *file = tmpfile();
     assert_non_null(file);
     given.fault_ns = 18 * SECOND;
@@ -443,6 +447,9 @@ static void reports_are_text_and_json(void **state)
     assert_non_null(strstr(
         text, "events: dolly: following error over half of its limit 1 ("));
     assert_non_null(strstr(text, "\"following_error_warning\":"));
+    assert_non_null(strstr(text, "events: bus can0: error-warning 3 (first "
+                                 "after 2.500 s of the run)\n"));
+    assert_non_null(strstr(text, "\"error_warning\":"));
     assert_non_null(strstr(text, "\"fault\":"));
     assert_non_null(strstr(text, "\"axis\":\t\"dolly\""));
 }

@@ -3,6 +3,7 @@
 #include <dirent.h>
 
 #include "firmware/host/recording/record_read.h"
+#include "sim/device/cia402/servo.h"
 #include "tests/support/check.h"
 #include "tests/support/service_bench.h"
 
@@ -180,6 +181,7 @@ static void a_writer_that_hangs_costs_rows(void **state)
 }
 
 static unsigned warnings_noted;
+static char notes[16384];
 static void take_warning(void *context, int64_t t_ns, enum record_level level,
                          const char *text)
 {
@@ -198,16 +200,26 @@ static void take_row(void *context, const struct telemetry_row *row)
     (void)row;
 }
 
-/* Every line that a client was sent so far. */
-static unsigned count_events(int file, const char *part)
+/* Every line that a client was sent since the last look. */
+static char said[262144];
+static void look(int file)
 {
-    static char text[262144];
+    const ssize_t got = recv(file, said, sizeof said - 1, 0);
+    said[got > 0 ? got : 0] = '\0';
+}
+
+static unsigned count_said(const char *part)
+{
     unsigned count = 0;
-    const ssize_t got = recv(file, text, sizeof text - 1, 0);
-    text[got > 0 ? got : 0] = '\0';
-    for (const char *at = text; (at = strstr(at, part)) != NULL; at++)
+    for (const char *at = said; (at = strstr(at, part)) != NULL; at++)
         count++;
     return count;
+}
+
+static unsigned count_events(int file, const char *part)
+{
+    look(file);
+    return count_said(part);
 }
 
 /* Whatever the axis lags by in a jog is over half of the limit that is judged
@@ -247,6 +259,82 @@ static void a_warning_is_an_event_and_in_the_recording(void **state)
     close(client);
 }
 
+static void take_note(void *context, int64_t t_ns, enum record_level level,
+                      const char *text)
+{
+    const size_t length = strlen(notes);
+    (void)context;
+    (void)t_ns;
+    if (level == RECORD_WARNING)
+        snprintf(notes + length, sizeof notes - length, "%s\n", text);
+}
+
+/* An emergency message each. */
+static void heat(void)
+{
+    struct sim_cia402 *drive = bench.sim.servo[0];
+    drive->base.ops->heat(&drive->base, SIM_SERVO_COOL);
+    drive->base.ops->heat(&drive->base, SIM_SERVO_WARM);
+}
+
+/* The first at once; of what a drive goes on to say one event per second, with how
+ * often. */
+static void what_drives_and_buses_say_is_told_at_once(void **state)
+{
+    const struct record_taker taker = { take_row, take_note, NULL };
+    char path[128], message[YAML_MESSAGE_MAX];
+    struct record_file file;
+    (void)state;
+    const int client = service_bench_connect(&bench);
+    assert_true(client >= 0);
+    tick(500);
+    look(client);
+    assert_int_equal(start("told.mcap"), MOTION_OK);
+    tick(3);
+    heat();
+    tick(3);
+    look(client);
+    assert_int_equal(count_said("\"event\":\"drive\""), 1);
+    assert_non_null(strstr(said, "\"axis\":\"pan\""));
+    assert_non_null(strstr(said, "\"emergency message\":1"));
+    assert_non_null(strstr(said, "\"emergency_code\":9041"));
+    assert_non_null(strstr(said, "emergency message 1 (0x2351)"));
+    for (unsigned i = 0; i < 90; i++) {
+        heat();
+        tick(10);
+    }
+    assert_int_equal(count_events(client, "\"event\":\"drive\""), 0);
+    tick(200);
+    look(client);
+    assert_int_equal(count_said("\"event\":\"drive\""), 1);
+    assert_non_null(strstr(said, "\"emergency message\":90"));
+    bench.sim.port[0].destroy = 12; /* 8 of the counter each */
+    tick(3);
+    look(client);
+    assert_int_equal(count_said("\"event\":\"bus\""), 1);
+    assert_non_null(strstr(said, "\"bus\":\"can0\""));
+    assert_non_null(strstr(said, "\"code\":\"error_warning\",\"count\":1"));
+    tick(100);
+    bench.sim.port[0].destroy = 12;
+    tick(100);
+    assert_int_equal(count_events(client, "\"event\":\"bus\""), 0);
+    tick(1000);
+    look(client);
+    assert_int_equal(count_said("\"event\":\"bus\""), 1);
+    assert_non_null(strstr(said, "\"count\":2"));
+    assert_int_equal(count_said("\"event\":\"fault\""), 0);
+    stop();
+    snprintf(path, sizeof path, "%s/told.mcap", bench.directory);
+    notes[0] = '\0';
+    assert_int_equal(
+        record_read(&file, &disk_files, path, &bench.rig, &taker, message), 0);
+    assert_non_null(strstr(notes, "pan: "));
+    assert_non_null(strstr(notes, "emergency message 1 (0x2351)\n"));
+    assert_non_null(strstr(notes, "bus can0: error-warning\n"));
+    record_file_free(&file);
+    close(client);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -260,6 +348,8 @@ int main(void)
                                         tear_down),
         cmocka_unit_test_setup_teardown(
             a_warning_is_an_event_and_in_the_recording, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(
+            what_drives_and_buses_say_is_told_at_once, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
