@@ -222,19 +222,6 @@ bool mcu_piece_get_drive(const uint16_t *content, unsigned words,
     return true;
 }
 
-static void piece_widen(struct motion_extreme *all,
-                        const struct motion_extreme *one)
-{
-    if (one->min < all->min) {
-        all->min = one->min;
-        all->min_ns_q12 = one->min_ns_q12;
-    }
-    if (one->max > all->max) {
-        all->max = one->max;
-        all->max_ns_q12 = one->max_ns_q12;
-    }
-}
-
 void mcu_head_of(const struct motion_track *track, struct mcu_head *head)
 {
     *head = (struct mcu_head){ .end_ns_q12 = track->end_ns_q12,
@@ -253,7 +240,7 @@ void mcu_head_of(const struct motion_track *track, struct mcu_head *head)
 
         motion_segment_extremes(&track->segment[i], one);
         for (int k = MOTION_POS; k <= MOTION_JERK; k++)
-            piece_widen(&head->outline.extreme[k], &one[k]);
+            motion_extreme_extend(&head->outline.extreme[k], &one[k]);
     }
 }
 

@@ -217,6 +217,19 @@ void motion_segment_extreme(const struct motion_segment *segment,
                             struct motion_extreme *extreme);
 void motion_segment_extremes(const struct motion_segment *segment,
                              struct motion_extreme extreme[MOTION_JERK + 1]);
+/* To those of both; of equal ones what is there stays. */
+static inline void motion_extreme_extend(struct motion_extreme *all,
+                                         const struct motion_extreme *one)
+{
+    if (one->min < all->min) {
+        all->min = one->min;
+        all->min_ns_q12 = one->min_ns_q12;
+    }
+    if (one->max > all->max) {
+        all->max = one->max;
+        all->max_ns_q12 = one->max_ns_q12;
+    }
+}
 /* How far the rounding of its coefficients may have moved v, a or j of a
  * segment from the polynomial that was meant, in units of their format, up
  * (plan/check.c derives it).  Saturates. */

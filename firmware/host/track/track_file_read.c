@@ -392,19 +392,6 @@ struct track_file_walk {
     char *message;
 };
 
-static void track_file_extend(struct motion_extreme *extreme,
-                              const struct motion_extreme *one)
-{
-    if (one->min < extreme->min) {
-        extreme->min = one->min;
-        extreme->min_ns_q12 = one->min_ns_q12;
-    }
-    if (one->max > extreme->max) {
-        extreme->max = one->max;
-        extreme->max_ns_q12 = one->max_ns_q12;
-    }
-}
-
 static int track_file_take(struct track_file_walk *walk,
                            const struct motion_segment *segment, uint32_t index)
 {
@@ -418,7 +405,7 @@ static int track_file_take(struct track_file_walk *walk,
                               "does not begin where the one before ends");
     motion_segment_extremes(segment, extreme);
     for (int i = MOTION_POS; i <= MOTION_JERK; i++)
-        track_file_extend(&walk->outline->extreme[i], &extreme[i]);
+        motion_extreme_extend(&walk->outline->extreme[i], &extreme[i]);
     motion_segment_state(segment, segment->dur_ns_q12, &walk->end);
     walk->end_ns_q12 += segment->dur_ns_q12;
     return 0;
