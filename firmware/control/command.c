@@ -52,8 +52,8 @@ int controller_off(struct controller *controller)
     return MOTION_OK;
 }
 
-static int64_t controller_peak_of(const struct motion_track *track,
-                                  enum motion_quantity quantity)
+int64_t controller_largest(const struct motion_track *track,
+                           enum motion_quantity quantity)
 {
     struct motion_extreme extreme;
     motion_track_extreme(track, quantity, &extreme);
@@ -68,9 +68,9 @@ int64_t controller_peak(const struct motion_track *track,
 {
     int64_t peak = 0;
     if (quantity <= MOTION_VEL)
-        return controller_peak_of(track, quantity);
+        return controller_largest(track, quantity);
     if (track->outline != NULL)
-        peak = controller_peak_of(track, quantity);
+        peak = controller_largest(track, quantity);
     for (uint32_t i = 0; track->outline == NULL && i < track->count; i++) {
         const int64_t size = motion_segment_peak(&track->segment[i], quantity);
         if (size > peak)

@@ -23,17 +23,6 @@ int64_t controller_cam_ns_q12(const struct controller_cam *cam, int64_t m_q32)
                                              : cam->track->end_ns_q12;
 }
 
-static int64_t couple_peak(const struct motion_track *track,
-                           enum motion_quantity quantity)
-{
-    struct motion_extreme extreme;
-    motion_track_extreme(track, quantity, &extreme);
-    const uint64_t low = motion_fixed_abs(extreme.min);
-    const uint64_t high = motion_fixed_abs(extreme.max);
-    const uint64_t most = low > high ? low : high;
-    return most < INT64_MAX ? (int64_t)most : INT64_MAX;
-}
-
 /* Between two segments the slope goes on, but for rounding. */
 static bool couple_is_smooth(const struct motion_track *track)
 {
@@ -62,9 +51,9 @@ int controller_cam_init(struct controller_cam *cam)
         return MOTION_E_ARG;
     if (!couple_is_smooth(cam->track))
         return MOTION_E_DISCONTINUITY;
-    cam->slope_q32 = couple_peak(cam->track, MOTION_VEL);
-    cam->second_q32 = couple_peak(cam->track, MOTION_ACC);
-    cam->third_q32 = couple_peak(cam->track, MOTION_JERK);
+    cam->slope_q32 = controller_largest(cam->track, MOTION_VEL);
+    cam->second_q32 = controller_largest(cam->track, MOTION_ACC);
+    cam->third_q32 = controller_largest(cam->track, MOTION_JERK);
     return MOTION_OK;
 }
 

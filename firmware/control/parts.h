@@ -92,13 +92,15 @@ void controller_gate_mark(struct controller *controller, unsigned index,
 void controller_gate_sent(struct controller *controller, unsigned index,
                           int64_t pos_q32);
 
-/* command.c.  Peak: the largest |value| on a track; of an acceleration or a
- * jerk less what rounding makes of it: of the coefficients, and 2^-28
- * (motion/plan/check.c); of a window from its outline, which the plan's check
+/* command.c.  Largest: |value| on a track, saturated.  Peak: the same; of an
+ * acceleration or a jerk less what rounding makes of it: of the coefficients, and
+ * 2^-28 (motion/plan/check.c); of a window from its outline, which the plan's check
  * has judged.  Axis play: the axis plays this track from its start (NULL:
  * none).  Admit: whether it keeps to the range of the axis, or comes in from
  * where that stands outside, which then is marked.  Play: from path time 0 at
  * this rate. */
+int64_t controller_largest(const struct motion_track *track,
+                           enum motion_quantity quantity);
 int64_t controller_peak(const struct motion_track *track,
                         enum motion_quantity quantity);
 void controller_axis_play(struct controller_axis *axis,

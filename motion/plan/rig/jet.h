@@ -108,6 +108,18 @@ static inline struct plan_jet_vec plan_jet_vec_sub(struct plan_jet_vec a,
     return plan_jet_vec_add(a, plan_jet_vec_mul(b, plan_jet_of(-1)));
 }
 
+/* Two perpendicular ones by an angle, a towards b. */
+static inline void plan_jet_vec_swing(struct plan_jet_vec *a,
+                                      struct plan_jet_vec *b,
+                                      struct plan_jet angle)
+{
+    const struct plan_jet s = plan_jet_sin(angle), c = plan_jet_cos(angle);
+    const struct plan_jet_vec from = *a;
+
+    *a = plan_jet_vec_add(plan_jet_vec_mul(from, c), plan_jet_vec_mul(*b, s));
+    *b = plan_jet_vec_sub(plan_jet_vec_mul(*b, c), plan_jet_vec_mul(from, s));
+}
+
 static inline struct plan_jet plan_jet_vec_dot(struct plan_jet_vec a,
                                                struct plan_jet_vec b)
 {

@@ -54,17 +54,6 @@ double plan_arm_joint_of_q32(const struct plan_arm *arm, uint32_t i,
 
 /* ---- forward ------------------------------------------------------------- */
 
-/* A frame turned about its axis c, from a towards b. */
-static void arm_swing(struct plan_jet_vec *a, struct plan_jet_vec *b,
-                      struct plan_jet angle)
-{
-    const struct plan_jet s = plan_jet_sin(angle), c = plan_jet_cos(angle);
-    const struct plan_jet_vec from = *a;
-
-    *a = plan_jet_vec_add(plan_jet_vec_mul(from, c), plan_jet_vec_mul(*b, s));
-    *b = plan_jet_vec_sub(plan_jet_vec_mul(*b, c), plan_jet_vec_mul(from, s));
-}
-
 /* x, y, z of a frame, and its origin. */
 struct arm_frame {
     struct plan_jet_vec x[3], origin;
@@ -81,14 +70,15 @@ static void arm_link(const struct motion_arm_joint *link, struct plan_jet joint,
         d = plan_jet_add(d, joint);
     else
         theta = plan_jet_add(theta, joint);
-    arm_swing(&frame->x[0], &frame->x[1], theta);
+    plan_jet_vec_swing(&frame->x[0], &frame->x[1], theta);
     frame->origin = plan_jet_vec_add(
         frame->origin,
         plan_jet_vec_add(
             plan_jet_vec_mul(frame->x[2], d),
             plan_jet_vec_mul(frame->x[0], plan_jet_of(arm_q32(link->a_q32)))));
-    arm_swing(&frame->x[1], &frame->x[2],
-              plan_jet_of(arm_q32(link->alpha_deg_q32) * DOUBLE_RADIAN));
+    plan_jet_vec_swing(
+        &frame->x[1], &frame->x[2],
+        plan_jet_of(arm_q32(link->alpha_deg_q32) * DOUBLE_RADIAN));
 }
 
 /* A vector of the flange, in space. */

@@ -342,16 +342,6 @@ int plan_rig_look(const struct motion_nodal *nodal,
     return MOTION_OK;
 }
 
-static void rig_swing(struct plan_jet_vec *a, struct plan_jet_vec *b,
-                      struct plan_jet angle)
-{
-    const struct plan_jet s = plan_jet_sin(angle), c = plan_jet_cos(angle);
-    const struct plan_jet_vec from = *a;
-
-    *a = plan_jet_vec_add(plan_jet_vec_mul(from, c), plan_jet_vec_mul(*b, s));
-    *b = plan_jet_vec_sub(plan_jet_vec_mul(*b, c), plan_jet_vec_mul(from, s));
-}
-
 static void rig_arm_at(const struct plan_arm *arm,
                        const struct motion_track track[], int64_t t_ns_q12,
                        struct plan_rig_camera *camera)
@@ -395,9 +385,9 @@ void plan_rig_camera_at(const struct plan_rig *rig,
                              DOUBLE_RADIAN)
                        : plan_jet_of(0);
     plan_rig_mount(&rig->rig.carrier, axis, &camera->pupil, frame);
-    rig_swing(&frame->forward, &frame->left, angle[MOTION_HEAD_PAN]);
-    rig_swing(&frame->forward, &frame->up, angle[MOTION_HEAD_TILT]);
-    rig_swing(&frame->left, &frame->up, angle[MOTION_HEAD_ROLL]);
+    plan_jet_vec_swing(&frame->forward, &frame->left, angle[MOTION_HEAD_PAN]);
+    plan_jet_vec_swing(&frame->forward, &frame->up, angle[MOTION_HEAD_TILT]);
+    plan_jet_vec_swing(&frame->left, &frame->up, angle[MOTION_HEAD_ROLL]);
     camera->pupil = plan_jet_vec_add(
         plan_jet_vec_add(
             camera->pupil,
