@@ -262,7 +262,11 @@ static enum status jog_by_keys(struct jog_service *self, struct jog_keys *keys)
         .dead_man_ns = self->want->dead_man_ns,
     };
     jog_see(self);
-    return jog_keys_run(keys, &self->hand, &config, self->served->interrupts);
+    self->served->draws = true;
+    const enum status status =
+        jog_keys_run(keys, &self->hand, &config, self->served->interrupts);
+    self->served->draws = false;
+    return status;
 }
 
 /* --- all of it --- */

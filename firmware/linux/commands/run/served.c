@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
+#include "firmware/host/base/array.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
@@ -94,6 +95,20 @@ cJSON *served_command(const char *name)
     return command;
 }
 
+/* What is no fault, and is said all the same. */
+static void served_event(void *context, const cJSON *event)
+{
+    static const char *const said[] = { "warning", "drive", "bus" };
+    const struct served *self = context;
+    const char *kind =
+        cJSON_GetStringValue(cJSON_GetObjectItem(event, "event"));
+    const char *text = cJSON_GetStringValue(cJSON_GetObjectItem(event, "text"));
+    for (size_t i = 0; i < ARRAY_LEN(said); i++)
+        if (!self->draws && kind != NULL && text != NULL &&
+            strcmp(kind, said[i]) == 0)
+            error_say("slew %s: warning: %s", self->verb, text);
+}
+
 /* One command, one answer, which is the caller's.  NULL: refused, or gone, with
  * a line on stderr. */
 static cJSON *served_ask(struct served *self, cJSON *command)
@@ -101,8 +116,8 @@ static cJSON *served_ask(struct served *self, cJSON *command)
     char name[32];
     snprintf(name, sizeof name, "%s",
              cJSON_GetStringValue(cJSON_GetObjectItem(command, "command")));
-    cJSON *answer =
-        service_link_ask(&self->link, command, SERVED_ANSWER_MS, NULL, NULL);
+    cJSON *answer = service_link_ask(&self->link, command, SERVED_ANSWER_MS,
+                                     served_event, self);
     if (answer == NULL) {
         error_say("slew %s: the service does not answer to \"%s\"", self->verb,
                   name);

@@ -30,6 +30,7 @@ struct served {
     char follow[SERVED_FAULT_MAX]; /* what was said last of a clock */
     bool enabling, homing, starting, torque_off;
     bool stopped; /* the operator has asked for it */
+    bool draws;   /* a line in place, which nothing else may break */
 };
 
 /* Is there a service that this command is for?  `is_plain`: it does nothing that
@@ -47,7 +48,8 @@ enum status served_allow(const struct served *self, bool is_plain,
 void served_say(const struct served *self, const char *what);
 
 cJSON *served_command(const char *name);
-/* One command and its answer: refused, or gone, with a line on stderr. */
+/* One command and its answer: refused, or gone, with a line on stderr; so are
+ * warnings that have come meanwhile. */
 enum status served_do(struct served *self, cJSON *command);
 /* The state as it is now; renews the lease. */
 enum status served_look(struct served *self);

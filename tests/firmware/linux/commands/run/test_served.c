@@ -11,11 +11,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/run/served.h"
 #include "firmware/linux/service/place.h"
 #include "firmware/linux/service/service.h"
 #include "tests/support/check.h"
@@ -202,6 +204,42 @@ static void homing_is_the_services_and_lasts_there(void **state)
     assert_int_equal(runs(no), 2);
 }
 
+/* What a service says between a command and its answer. */
+static void warnings_are_said_and_break_no_line(void **state)
+{
+    static const char lines[] =
+        "{\"event\":\"state\",\"state\":\"moving\",\"text\":\"no\"}\n"
+        "{\"event\":\"drive\",\"text\":\"slide: warning 1\"}\n"
+        "{\"event\":\"bus\",\"text\":7}\n"
+        "{\"event\":\"warning\",\"text\":\"lift: current\"}\n"
+        "{\"ok\":true}\n";
+    const struct options options = { .json = true };
+    struct served served = { .options = &options, .verb = "run" };
+    char text[512] = "";
+    int pair[2];
+    FILE *file = tmpfile();
+    const int console = dup(STDERR_FILENO);
+    (void)state;
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, pair), 0);
+    served.link.file = pair[0];
+    assert_true(dup2(fileno(file), STDERR_FILENO) >= 0);
+    for (unsigned i = 0; i < 2; i++) {
+        served.draws = i > 0;
+        assert_int_equal(write(pair[1], lines, sizeof lines - 1),
+                         sizeof lines - 1);
+        assert_int_equal(served_do(&served, served_command("hold")), STATUS_OK);
+    }
+    assert_true(dup2(console, STDERR_FILENO) >= 0);
+    rewind(file);
+    text[fread(text, 1, sizeof text - 1, file)] = '\0';
+    assert_string_equal(text, "slew run: warning: slide: warning 1\n"
+                              "slew run: warning: lift: current\n");
+    service_link_close(&served.link);
+    close(pair[1]);
+    close(console);
+    fclose(file);
+}
+
 static void monitor_asks_the_service(void **state)
 {
     const char *const once[] = { "slew", "monitor", "--once", rig, NULL };
@@ -318,6 +356,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         SERVED(a_jog_by_words_is_the_services),
         SERVED(homing_is_the_services_and_lasts_there),
+        cmocka_unit_test(warnings_are_said_and_break_no_line),
         SERVED(monitor_asks_the_service),
         SERVED(a_jog_that_is_killed_stops),
         SERVED(a_jog_that_hangs_stops),
