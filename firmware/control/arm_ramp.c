@@ -54,7 +54,7 @@ int playback_ramp_ask(struct playback *playback, int64_t rate_q30)
     playback->ramp.is_wanted = true;
     playback->ramp.wanted_q30 = rate_q30;
     playback->ramp.wanted_ns = controller->now_ns;
-    playback->ramp.ticks = 0;
+    playback->ramp.ticks = playback->ramp.tried = 0;
     return MOTION_OK;
 }
 
@@ -115,8 +115,8 @@ static void arm_ramp_find(struct playback *playback)
         own->is_wanted = false;
         return;
     }
-    const int32_t ticks =
-        controller_ramp_find(controller, own->begin_ns, &own->ramp);
+    const int32_t ticks = controller_ramp_find(controller, own->begin_ns,
+                                               &own->ramp, &own->tried);
     own->is_told = ticks > 0 && ticks * period_ns <= lead_ns;
     if (own->is_told)
         own->is_wanted = false;

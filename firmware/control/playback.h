@@ -74,10 +74,11 @@ struct playback_axis {
 /* A change of the rate that drives that sample by themselves go along with. */
 struct playback_ramp {
     bool is_wanted; /* to wanted_q30, once the clock is steady */
+    bool is_told;   /* `ramp`, which begins at begin_ns on the clock */
+    int32_t ticks;  /* ahead at least, to be judged by all */
+    int32_t tried;  /* controller_ramp_find */
     int64_t wanted_q30;
     int64_t wanted_ns; /* since when */
-    int32_t ticks;     /* ahead at least, to be judged by all */
-    bool is_told;      /* `ramp`, which begins at begin_ns on the clock */
     struct controller_ramp ramp;
     int64_t at_ns, begin_ns;
     int64_t since_ns;  /* on it, -1: from rest */

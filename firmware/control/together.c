@@ -7,9 +7,9 @@
 #define TOLD_Q30_Q56 ((int64_t)1 << 26)
 /* Ticks of one ramp, in all. */
 #define TOLD_TICKS_MAX (1 << 20)
-/* Segments of tracks in spans that a search looks at, at the most, and others in a
- * tick, at least. */
-#define TOLD_LOOKS      4096
+/* Segments of tracks in spans that a call of a search looks at, at the most, and
+ * others in a tick, at least. */
+#define TOLD_LOOKS      1024
 #define TOLD_LOOKS_TICK 4
 /* The longest one that it tries. */
 #define TOLD_MOST_NS INT64_C(60000000000)
@@ -153,21 +153,29 @@ static int32_t told_try(struct controller *controller,
 }
 
 int32_t controller_ramp_find(struct controller *controller, int64_t begin_ns,
-                             struct controller_ramp *ramp)
+                             struct controller_ramp *ramp, int32_t *tried)
 {
     const int32_t period_ns = (int32_t)controller->config.period_ns;
     const int64_t most = ramp_least(TOLD_MOST_NS / period_ns, TOLD_TICKS_MAX);
-    int32_t left = TOLD_LOOKS;
+    int32_t left = TOLD_LOOKS, n = 0, looks = 0;
     ramp->tick_ns = period_ns;
-    for (int32_t ticks = 2; ticks <= most && left > 0; ticks += ticks / 8 + 1)
+    for (int32_t ticks = 2; ticks <= most; ticks += ticks / 8 + 1)
         for (int32_t part = 2; part <= 8; part *= 2) {
+            /* one that takes more than a call has is too long */
+            const bool is_first = left == TOLD_LOOKS;
+            if (n++ < *tried)
+                continue;
             ramp->change = ticks / part;
             ramp->flat = ticks - 2 * ramp->change;
-            const int32_t looks = told_try(controller, ramp, begin_ns, &left);
+            looks = told_try(controller, ramp, begin_ns, &left);
             if (looks > 0)
                 return looks / TOLD_LOOKS_TICK + 1;
+            controller->step.told.state = CONTROLLER_TOLD_NONE;
+            *tried = left > 0 || is_first ? n : n - 1;
+            if (left == 0)
+                return 0;
         }
-    controller->step.told.state = CONTROLLER_TOLD_NONE;
+    *tried = 0;
     return 0;
 }
 

@@ -43,12 +43,14 @@ struct controller_ramp {
 /* Is a move played forwards or held at a constant rate, and nothing else looked
  * for? */
 bool controller_is_steady(const struct controller *controller);
-/* The shortest to ramp->rate_q30 within the limits, or an eighth longer, that
- * begins at begin_ns on clock_ns, in the future; it is expected then.  In how many
- * ticks others that expect it have judged it, at the most; 0: none was found, but a
- * later tick may have one.  Steady alone.  Divides. */
+/* One to ramp->rate_q30 within the limits that begins at begin_ns on clock_ns, in
+ * the future; it is expected then.  They are tried from the shortest on, each an
+ * eighth longer, as many as a tick of a PC has time for (some 0.2 ms): the next call
+ * goes on after *tried of them, 0 to begin with and once all were.  In how many
+ * ticks others that expect it have judged it, at the most; 0: none was found by
+ * this call.  Steady alone.  Divides. */
 int32_t controller_ramp_find(struct controller *controller, int64_t begin_ns,
-                             struct controller_ramp *ramp);
+                             struct controller_ramp *ramp, int32_t *tried);
 /* It is to begin at begin_ns on clock_ns, at the end of a tick to come.
  * MOTION_E_STATE unless steady; MOTION_E_ARG: one of its numbers is out of range;
  * MOTION_E_LIMIT: the rate is above what the move allows.  Divides. */

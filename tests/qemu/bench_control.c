@@ -258,6 +258,7 @@ static int bench_episode(unsigned n, int64_t stop_times, bench_command *command,
 /* A ramp that is told ahead: found by somebody else, which does not count. */
 static int bench_told(unsigned n, struct bench_worst *worst)
 {
+    int32_t tried = 0;
     if (bench_begin(2) < 0)
         return -1;
     for (unsigned k = 0; k < 40 + n * 111; k++)
@@ -266,7 +267,7 @@ static int bench_told(unsigned n, struct bench_worst *worst)
     do {
         worst->moving = most(worst->moving, bench_tick(bench_none));
         told_ns = controller.clock_ns + TOLD_AHEAD * PERIOD_NS;
-    } while (controller_ramp_find(&controller, told_ns, &told) == 0);
+    } while (controller_ramp_find(&controller, told_ns, &told, &tried) == 0);
     worst->request = most(worst->request, bench_tick(bench_tell));
     while (controller.clock_ns < told_ns)
         worst->request = most(worst->request, bench_tick(bench_none));
