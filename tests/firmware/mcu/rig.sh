@@ -56,7 +56,9 @@ at_board()
 # With servos on the board's own line.
 servos()
 {
-    more=', map: leadshine-el7, counts: 100 per deg, unsupervised: yes'
+    sed 's/timeout: 50 ms/timeout: 250 ms/' hal/maps/leadshine-el7.yaml >"$dir/servo.yaml"
+    grep -q 'timeout: 250 ms' "$dir/servo.yaml"
+    more=', map: servo.yaml, counts: 100 per deg, unsupervised: yes'
     whole ", servo: 3$more" ", servo: 4$more"
 }
 
