@@ -162,7 +162,7 @@ enum hal_drive_track {
 /* A change of the rate at which tracks are sampled, which begins and is the same
  * on all clocks of a move: from a constant rate to rate_q30, r' to its peak in
  * `change` times tick_ns, at it for `flat` of them, and back in as many as it came
- * (firmware/control/together.h).  A drive's clock that stands is in step
+ * (firmware/control/ramp_scheduled.h).  A drive's clock that stands is in step
  * with ours from at_ns on; one that goes is so since it began, and begins when
  * it is since_ns further than then. */
 struct hal_drive_ramp {

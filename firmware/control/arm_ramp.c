@@ -1,7 +1,7 @@
 /* firmware/control/arm_ramp.c - hold, resume and override of what drives sample by
- * themselves; see arm.h and together.h.
+ * themselves; see arm.h and ramp_scheduled.h.
  *
- *   wanted --the clock is steady, a ramp is found--> told --its tick, all will-->
+ *   wanted --the clock is steady, a ramp is found--> scheduled --its tick, all will-->
  *
  * All are told one ramp and when it begins, far enough ahead for the slowest of
  * them; in that tick the controller's own clock begins it, if all have said that
@@ -117,29 +117,30 @@ static void arm_ramp_find(struct playback *playback)
     }
     const int32_t ticks = controller_ramp_find(controller, own->begin_ns,
                                                &own->ramp, &own->tried);
-    own->is_told = ticks > 0 && ticks * period_ns <= lead_ns;
-    if (own->is_told)
+    own->is_scheduled = ticks > 0 && ticks * period_ns <= lead_ns;
+    if (own->is_scheduled)
         own->is_wanted = false;
     else if (ticks > own->ticks)
         own->ticks = ticks; /* from further ahead in the next tick */
 }
 
-static int arm_ramp_take(struct playback *playback)
+static int arm_ramp_start(struct playback *playback)
 {
     struct playback_ramp *own = &playback->ramp;
-    own->is_told = false;
+    own->is_scheduled = false;
     if (own->since_ns < 0)
         own->anchor_ns = own->begin_ns;
-    return controller_ramp_take(playback->controller);
+    return controller_ramp_begin(playback->controller);
 }
 
 int playback_ramp_step(struct playback *playback)
 {
     const struct controller *controller = playback->controller;
     struct playback_ramp *own = &playback->ramp;
-    if (!own->is_told && own->is_wanted && controller_is_steady(controller))
+    if (!own->is_scheduled && own->is_wanted &&
+        controller_is_steady(controller))
         arm_ramp_find(playback);
-    if (!own->is_told)
+    if (!own->is_scheduled)
         return own->is_wanted &&
                        controller->now_ns - own->wanted_ns > ARM_RAMP_NS
                    ? MOTION_E_TIMEOUT
@@ -149,6 +150,6 @@ int playback_ramp_step(struct playback *playback)
         return controller->clock_ns < own->begin_ns ? MOTION_OK
                                                     : MOTION_E_TIMEOUT;
     return err == MOTION_OK && controller->clock_ns >= own->begin_ns
-               ? arm_ramp_take(playback)
+               ? arm_ramp_start(playback)
                : err;
 }

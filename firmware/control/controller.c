@@ -139,7 +139,7 @@ void controller_clock_set(struct controller *controller, int64_t s_ns_q12,
     motion_clock_warp_init(&controller->warp, controller->clock_ns, s_ns_q12,
                            rate_q30);
     controller->step.stage = STEP_NONE; /* what was found begins elsewhere */
-    controller->step.told.state = CONTROLLER_TOLD_NONE;
+    controller->step.scheduled.state = CONTROLLER_SCHEDULED_NONE;
     motion_clock_warp_at(&controller->warp, controller->clock_ns,
                          &controller->rate);
     controller_path(controller, &controller->rate);

@@ -54,7 +54,7 @@
 #include "firmware/control/estop.h"
 #include "firmware/control/goal.h"
 #include "firmware/control/ramp_limit.h"
-#include "firmware/control/together.h"
+#include "firmware/control/ramp_scheduled.h"
 #include "hal/drive.h"
 #include "hal/fieldbus.h"
 #include "hal/gpio.h"
@@ -237,16 +237,16 @@ struct controller_step_rest {
     int64_t jerk_q56;
     int32_t accel_q4, cross_q4, root_q4;
 };
-/* A change of rate that is told; see together.h. */
-enum controller_told_state {
-    CONTROLLER_TOLD_NONE,
-    CONTROLLER_TOLD_FIRST,  /* of its ramps is judged, */
-    CONTROLLER_TOLD_SECOND, /* the second */
-    CONTROLLER_TOLD_FITS,   /* it waits for its tick */
-    CONTROLLER_TOLD_TAKEN,  /* in force until its end */
+/* A change of rate that begins in a tick to come; see ramp_scheduled.h. */
+enum controller_scheduled_state {
+    CONTROLLER_SCHEDULED_NONE,
+    CONTROLLER_SCHEDULED_FIRST,  /* of its ramps is judged, */
+    CONTROLLER_SCHEDULED_SECOND, /* the second */
+    CONTROLLER_SCHEDULED_FITS,   /* it waits for its tick */
+    CONTROLLER_SCHEDULED_BEGUN,  /* in force until its end */
 };
-struct controller_told {
-    enum controller_told_state state;
+struct controller_scheduled {
+    enum controller_scheduled_state state;
     struct controller_ramp ramp;
     struct motion_clock_unit unit; /* of ramp.tick_ns */
     int64_t begin_ns, second_ns;   /* of either ramp, on clock_ns */
@@ -305,7 +305,7 @@ struct controller_step {
     int64_t along_ns_q12;
     struct motion_range range[3];
     struct controller_verdict verdict;
-    struct controller_told told;
+    struct controller_scheduled scheduled;
 };
 
 struct controller {

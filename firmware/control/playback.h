@@ -34,7 +34,7 @@
 
 #include "firmware/control/controller.h"
 #include "firmware/control/jog.h"
-#include "firmware/control/together.h"
+#include "firmware/control/ramp_scheduled.h"
 
 /* A new goal must come within this time while a jog goes on. */
 #define PLAYBACK_JOG_MAX_NS INT64_C(2000000000)
@@ -73,10 +73,10 @@ struct playback_axis {
 
 /* A change of the rate that drives that sample by themselves go along with. */
 struct playback_ramp {
-    bool is_wanted; /* to wanted_q30, once the clock is steady */
-    bool is_told;   /* `ramp`, which begins at begin_ns on the clock */
-    int32_t ticks;  /* ahead at least, to be judged by all */
-    int32_t tried;  /* controller_ramp_find */
+    bool is_wanted;    /* to wanted_q30, once the clock is steady */
+    bool is_scheduled; /* `ramp`, which begins at begin_ns on the clock */
+    int32_t ticks;     /* ahead at least, to be judged by all */
+    int32_t tried;     /* controller_ramp_find */
     int64_t wanted_q30;
     int64_t wanted_ns; /* since when */
     struct controller_ramp ramp;

@@ -7,8 +7,8 @@
 /* A piece of more ticks is two spans: what is between the limits of one that is long
  * is far from what the track does. */
 #define SPAN_LONG 16
-/* Of a whole ramp that is told, which the path of its spans makes longer. */
-#define SPAN_TOLD 8
+/* Of a whole ramp that is scheduled, which the path of its spans makes longer. */
+#define SPAN_SCHEDULED 8
 /* Of r' and r'': what is common to all axes. */
 #define SPAN_BIG   ((int64_t)1 << 26)
 #define SPAN_SHIFT 15
@@ -38,9 +38,10 @@ static bool span_piece(struct controller_step *step)
     if (step->is_rise)
         most = ramp_most(most,
                          span_scaled(step->fall_q56[1], step->scales.jerk, 0));
-    step->cut = step->told.state != CONTROLLER_TOLD_NONE ? n / SPAN_TOLD + 1
-                : n > SPAN_LONG                          ? n / 2 + 1
-                                                         : n;
+    step->cut = step->scheduled.state != CONTROLLER_SCHEDULED_NONE
+                    ? n / SPAN_SCHEDULED + 1
+                : n > SPAN_LONG ? n / 2 + 1
+                                : n;
     step->shift = 0;
     while (most >= (SPAN_BIG << step->shift) && step->shift < SPAN_SHIFT)
         step->shift += 5;

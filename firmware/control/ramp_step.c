@@ -668,10 +668,10 @@ static void step_search(struct controller *controller)
 {
     struct controller_step *step = &controller->step;
     bool is_made = false;
-    if (step->told.state != CONTROLLER_TOLD_NONE &&
-        controller_told_goes_on(controller)) {
+    if (step->scheduled.state != CONTROLLER_SCHEDULED_NONE &&
+        controller_scheduled_goes_on(controller)) {
         while (controller->config.effort - step->spent >= STEP_EFFORT_AXIS &&
-               controller_told_judge(controller))
+               controller_scheduled_judge(controller))
             step->spent += STEP_EFFORT_AXIS;
         return;
     }

@@ -104,10 +104,10 @@ void controller_span_begin(struct controller *controller);
 void controller_span_axis(struct controller *controller);
 void controller_span_end(struct controller *controller);
 
-/* together.c.  Goes on: is a ramp that was told still expected, or in force? Else it
- * is forgotten.  Judge: a piece of that, as of a candidate; false: there is nothing
+/* ramp_scheduled.c.  Goes on: is a ramp still scheduled, or in force?  Else it is
+ * forgotten.  Judge: a piece of that, as of a candidate; false: there is nothing
  * to be judged. */
-bool controller_told_goes_on(struct controller *controller);
-bool controller_told_judge(struct controller *controller);
+bool controller_scheduled_goes_on(struct controller *controller);
+bool controller_scheduled_judge(struct controller *controller);
 
 #endif

@@ -17,7 +17,7 @@ MCU_SMALL  := $(addprefix firmware/control/,command.c couple.c goal.c home.c \
               $(addprefix motion/core/,fixed.c track_state.c) \
               $(call sources,motion/otg hal/drive/modbus)
 MCU_CALLS  := $(addprefix firmware/control/,ramp_bound.c ramp_load.c ramp_rest.c \
-                together.c) \
+                ramp_scheduled.c) \
               motion/core/track_append.c
 $(MCU_SMALL:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os
 # So does make bench-tick count them.

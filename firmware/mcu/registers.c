@@ -274,7 +274,7 @@ static int registers_do(struct mcu_registers *self, enum mcu_command command,
         return controller_override(controller, value);
     case MCU_COMMAND_RAMP: /* in a tick alone */
         return self->waiting.command == 0 ? MOTION_E_ARG
-                                          : controller_ramp_take(controller);
+                                          : controller_ramp_begin(controller);
     case MCU_COMMAND_WATCH:
     case MCU_COMMAND_CLOCK:
         break;
@@ -315,7 +315,7 @@ static int registers_expect(struct mcu_registers *self, const uint16_t *value)
         .change = (int32_t)mcu_words_get(value + MCU_RAMP_CHANGE, 2),
         .flat = (int32_t)mcu_words_get(value + MCU_RAMP_FLAT, 2),
     };
-    const int err = controller_ramp_expect(
+    const int err = controller_ramp_schedule(
         controller, &ramp,
         controller->clock_ns + ahead * controller->config.period_ns);
     if (err < 0)

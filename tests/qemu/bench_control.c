@@ -110,18 +110,18 @@ static void bench_fault(void)
     drive[0].state = HAL_DRIVE_FAULT;
 }
 
-#define TOLD_AHEAD 100 /* ticks */
-static struct controller_ramp told;
-static int64_t told_ns;
+#define SCHEDULED_AHEAD 100 /* ticks */
+static struct controller_ramp scheduled;
+static int64_t scheduled_ns;
 
-static void bench_tell(void)
+static void bench_schedule(void)
 {
-    (void)controller_ramp_expect(&controller, &told, told_ns);
+    (void)controller_ramp_schedule(&controller, &scheduled, scheduled_ns);
 }
 
-static void bench_take(void)
+static void bench_begin_ramp(void)
 {
-    (void)controller_ramp_take(&controller);
+    (void)controller_ramp_begin(&controller);
 }
 
 /* Instructions of one tick, and of the command before it. */
@@ -255,23 +255,24 @@ static int bench_episode(unsigned n, int64_t stop_times, bench_command *command,
     return MOTION_OK;
 }
 
-/* A ramp that is told ahead: found by somebody else, which does not count. */
-static int bench_told(unsigned n, struct bench_worst *worst)
+/* A scheduled ramp: found by somebody else, which does not count. */
+static int bench_scheduled(unsigned n, struct bench_worst *worst)
 {
     int32_t tried = 0;
     if (bench_begin(2) < 0)
         return -1;
     for (unsigned k = 0; k < 40 + n * 111; k++)
         (void)bench_tick(bench_none);
-    told = (struct controller_ramp){ .rate_q30 = 0 };
+    scheduled = (struct controller_ramp){ .rate_q30 = 0 };
     do {
         worst->moving = most(worst->moving, bench_tick(bench_none));
-        told_ns = controller.clock_ns + TOLD_AHEAD * PERIOD_NS;
-    } while (controller_ramp_find(&controller, told_ns, &told, &tried) == 0);
-    worst->request = most(worst->request, bench_tick(bench_tell));
-    while (controller.clock_ns < told_ns)
+        scheduled_ns = controller.clock_ns + SCHEDULED_AHEAD * PERIOD_NS;
+    } while (controller_ramp_find(&controller, scheduled_ns, &scheduled,
+                                  &tried) == 0);
+    worst->request = most(worst->request, bench_tick(bench_schedule));
+    while (controller.clock_ns < scheduled_ns)
         worst->request = most(worst->request, bench_tick(bench_none));
-    worst->after = most(worst->after, bench_tick(bench_take));
+    worst->after = most(worst->after, bench_tick(bench_begin_ramp));
     if (controller.state != CONTROLLER_HOLDING)
         return -1;
     uint32_t ticks = 1;
@@ -310,9 +311,9 @@ static bool bench_ramps(void)
 {
     struct bench_worst worst = { 0 };
     for (unsigned n = 0; n < EPISODES; n++)
-        if (bench_told(n, &worst) < 0)
+        if (bench_scheduled(n, &worst) < 0)
             return false;
-    start_print("  ramp that is told\n");
+    start_print("  scheduled ramp\n");
     bench_report("    moving          ", worst.moving);
     bench_report("    until it begins ", worst.request);
     bench_report("    until rest      ", worst.after);

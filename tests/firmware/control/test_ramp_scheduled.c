@@ -1,11 +1,11 @@
-/* tests/firmware/control/test_together.c - ramps that are told, at any time of random
+/* tests/firmware/control/test_ramp_scheduled.c - scheduled ramps, at any time of random
  * moves: two clocks of different ticks that take the same one are in the same state
  * to the bit, every axis keeps its limits between ticks too, what is found is about
  * as short as the shortest ramp of one A and J (tests/firmware/control/ramp_oracle.h),
  * a stop in its middle comes to rest, and what cannot be taken changes nothing.
  *
  * N ramps (300 when it is not set). */
-#include "firmware/control/together.h"
+#include "firmware/control/ramp_scheduled.h"
 
 #include <stdio.h>
 
@@ -140,8 +140,8 @@ static bool tell_both(int64_t rate_q30, struct controller_ramp *ramp)
         return false;
     }
     assert_int_equal(
-        controller_ramp_expect(&other.controller, ramp,
-                               other.controller.clock_ns + lead_ns),
+        controller_ramp_schedule(&other.controller, ramp,
+                                 other.controller.clock_ns + lead_ns),
         MOTION_OK);
     for (int i = 0; i < LEAD; i++)
         tick_both();
@@ -153,8 +153,8 @@ static bool take_both(int64_t rate_q30, struct controller_ramp *ramp)
     if (!tell_both(rate_q30, ramp))
         return false;
     are_in_one_state();
-    assert_int_equal(controller_ramp_take(&bench.controller), MOTION_OK);
-    assert_int_equal(controller_ramp_take(&other.controller), MOTION_OK);
+    assert_int_equal(controller_ramp_begin(&bench.controller), MOTION_OK);
+    assert_int_equal(controller_ramp_begin(&other.controller), MOTION_OK);
     tally.taken++;
     return true;
 }
@@ -271,7 +271,7 @@ static bool take_some(int64_t rate_q30)
         ramp_tick(&bench);
     if (is_over(c))
         return false;
-    assert_int_equal(controller_ramp_take(c), MOTION_OK);
+    assert_int_equal(controller_ramp_begin(c), MOTION_OK);
     for (int64_t n =
              check_random_in(check_stream(), 0, 2 * ramp.change + ramp.flat);
          n > 0; n--)
@@ -347,8 +347,8 @@ static void start_one(void)
 
 static int expect_in(struct controller_ramp ramp, int ticks)
 {
-    return controller_ramp_expect(&bench.controller, &ramp,
-                                  bench.controller.clock_ns + ticks * MS);
+    return controller_ramp_schedule(&bench.controller, &ramp,
+                                    bench.controller.clock_ns + ticks * MS);
 }
 
 static void goes_on_as_before(void)
@@ -406,11 +406,11 @@ static void what_does_not_fit_is_not_taken(void **state)
         assert_int_equal(expect_in(rows[i].ramp, rows[i].begin), MOTION_OK);
         for (int n = 0; n < rows[i].take; n++)
             ramp_tick(&bench);
-        if (controller_ramp_take(c) != rows[i].err)
+        if (controller_ramp_begin(c) != rows[i].err)
             fail_msg("row %zu", i);
         if (rows[i].err < 0) {
             goes_on_as_before();
-            assert_int_equal(controller_ramp_take(c), MOTION_E_TIMEOUT);
+            assert_int_equal(controller_ramp_begin(c), MOTION_E_TIMEOUT);
         }
     }
     for (int n = 0; n < 219; n++)
@@ -433,7 +433,7 @@ static void a_stop_need_not_wait_for_its_end(void **state)
                      MOTION_OK);
     for (int n = 0; n < 50; n++)
         ramp_tick(&bench);
-    assert_int_equal(controller_ramp_take(c), MOTION_OK);
+    assert_int_equal(controller_ramp_begin(c), MOTION_OK);
     for (int n = 0; n < 100; n++)
         ramp_tick(&bench);
     controller_stop(c);
@@ -455,9 +455,9 @@ static void what_begins_elsewhere_is_forgotten(void **state)
                      MOTION_OK);
     for (int n = 0; n < 50; n++)
         ramp_tick(&bench);
-    assert_int_equal(c->step.told.state, CONTROLLER_TOLD_FITS);
+    assert_int_equal(c->step.scheduled.state, CONTROLLER_SCHEDULED_FITS);
     assert_int_equal(controller_resume(c), MOTION_OK);
-    assert_int_equal(controller_ramp_take(c), MOTION_E_LIMIT);
+    assert_int_equal(controller_ramp_begin(c), MOTION_E_LIMIT);
     ramp_tick(&bench);
     assert_int_equal(c->rate.rate_q30, ONE);
 }
@@ -474,7 +474,7 @@ static void it_is_for_a_steady_clock_alone(void **state)
     assert_int_equal(controller_override(c, ONE / 2), MOTION_OK);
     for (int n = 0; n < 50; n++)
         ramp_tick(&bench);
-    assert_int_equal(controller_ramp_take(c), MOTION_E_STATE);
+    assert_int_equal(controller_ramp_begin(c), MOTION_E_STATE);
     for (int n = 0; n < 1000; n++)
         ramp_tick(&bench);
     assert_int_equal(c->rate.rate_q30, ONE / 2);
@@ -482,7 +482,7 @@ static void it_is_for_a_steady_clock_alone(void **state)
     assert_int_equal(expect_in(on, 50), MOTION_OK);
     for (int n = 0; n < 50; n++)
         ramp_tick(&bench);
-    assert_int_equal(controller_ramp_take(c), MOTION_OK);
+    assert_int_equal(controller_ramp_begin(c), MOTION_OK);
     assert_int_equal(c->override_q30, ONE);
     for (int n = 0; n < 219; n++) {
         ramp_tick(&bench);

@@ -1,4 +1,4 @@
-/* firmware/control/together.h - one change of the rate on several clocks: a
+/* firmware/control/ramp_scheduled.h - one change of the rate on several clocks: a
  * controller's and those of boards that sample tracks of the same move.
  *
  *   r'   peak   .--------.           area: the change of the rate
@@ -6,7 +6,7 @@
  *         ----'            '----
  *           change  flat  change     ticks
  *
- * A ramp is told by where it goes to and by its ticks, of which everything else
+ * A ramp is given by where it goes to and by its ticks, of which everything else
  * follows.  Two clocks that have had the same ramps at the same of their ticks,
  * counted from where they began together, are in the same state; from it, the
  * same numbers make the same ramp, to the bit, and so the same path times and the
@@ -14,16 +14,16 @@
  *
  *   find     who knows all tracks looks for it, from a tick that is far enough
  *            ahead for the others to be told
- *   expect   each judges it by the axes of its own, in the ticks until then, for
+ *   schedule each judges it by the axes of its own, in the ticks until then, for
  *            what the search for a change of rate may take of one (ramp_step.h)
- *   take     in that tick; who cannot has not changed anything
+ *   begin    in that tick; who cannot has not changed anything
  *
  * It is two ramps of the clock (motion/core/clock_warp.h): the first goes back from
  * the peak at once, the second follows where the peak is, and stays there for a
  * while.  Each ends at a constant rate, so that a stop or a fault in its middle
  * finds what it always does. */
-#ifndef FIRMWARE_CONTROL_TOGETHER_H
-#define FIRMWARE_CONTROL_TOGETHER_H
+#ifndef FIRMWARE_CONTROL_RAMP_SCHEDULED_H
+#define FIRMWARE_CONTROL_RAMP_SCHEDULED_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -44,24 +44,24 @@ struct controller_ramp {
  * for? */
 bool controller_is_steady(const struct controller *controller);
 /* One to ramp->rate_q30 within the limits that begins at begin_ns on clock_ns, in
- * the future; it is expected then.  They are tried from the shortest on, each an
- * eighth longer, as many as a tick of a PC has time for (some 0.2 ms): the next call
- * goes on after *tried of them, 0 to begin with and once all were.  In how many
- * ticks others that expect it have judged it, at the most; 0: none was found by
+ * the future; it is scheduled then.  They are tried from the shortest on, each an
+ * eighth longer, as many as a tick of a PC has time for (some 0.05 ms): the next
+ * call goes on after *tried of them, 0 to begin with and once all were.  In how many
+ * ticks others that schedule it have judged it, at the most; 0: none was found by
  * this call.  Steady alone.  Divides. */
 int32_t controller_ramp_find(struct controller *controller, int64_t begin_ns,
                              struct controller_ramp *ramp, int32_t *tried);
 /* It is to begin at begin_ns on clock_ns, at the end of a tick to come.
  * MOTION_E_STATE unless steady; MOTION_E_ARG: one of its numbers is out of range;
  * MOTION_E_LIMIT: the rate is above what the move allows.  Divides. */
-int controller_ramp_expect(struct controller *controller,
-                           const struct controller_ramp *ramp,
-                           int64_t begin_ns);
+int controller_ramp_schedule(struct controller *controller,
+                             const struct controller_ramp *ramp,
+                             int64_t begin_ns);
 /* Between two ticks, where the last one was at begin_ns: from there on.  HOLDING
  * follows where it goes to 0, else MOVING, and its rate is the override from then
  * on.  MOTION_E_STATE: not steady any more; MOTION_E_LIMIT: an axis would leave its
- * limits, or it was told too late to say that none does; MOTION_E_TIMEOUT: its tick
+ * limits, or it was scheduled too late to say that none does; MOTION_E_TIMEOUT: its tick
  * is another one. */
-int controller_ramp_take(struct controller *controller);
+int controller_ramp_begin(struct controller *controller);
 
 #endif
