@@ -7,7 +7,6 @@
 #include "firmware/control/controller.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/recording/drive_events.h"
 
 #define RECORD_HAND_NS     INT64_C(1000000000)
 #define RECORD_MESSAGE_MAX 1024 /* a message's data, at most */
@@ -98,13 +97,8 @@ void record_init(struct record *record, FILE *file, const struct rig *rig,
     *record = (struct record){
         .rig = rig,
         .epoch_ns = epoch_ns,
-        .events =
-            memory_new((size_t)rig->axis_count + 1, sizeof *record->events),
-        .warning =
-            memory_new((size_t)rig->axis_count + 1, sizeof *record->warning),
-        .bus_warnings = memory_new((size_t)rig->bus_count + 1,
-                                   sizeof *record->bus_warnings),
     };
+    row_notes_init(&record->notes, rig, 0);
     mcap_writer_begin(writer, file, library);
     record->run = mcap_writer_channel(
         writer, mcap_writer_schema(writer, "slew.run", record_run_schema),
@@ -119,12 +113,7 @@ void record_init(struct record *record, FILE *file, const struct rig *rig,
 void record_free(struct record *record)
 {
     mcap_writer_free(&record->writer);
-    memory_free(record->events);
-    memory_free(record->warning);
-    memory_free(record->bus_warnings);
-    record->events = NULL;
-    record->warning = NULL;
-    record->bus_warnings = NULL;
+    row_notes_free(&record->notes);
 }
 
 void record_attach(struct record *record, const char *name, const void *data,
@@ -193,53 +182,15 @@ void record_note(struct record *record, int64_t t_ns, enum record_level level,
         record_put(record, record->log, 0, t_ns, message, message + length);
 }
 
-/* What was there before the first row is not of this recording. */
-static void record_events(struct record *record,
-                          const struct telemetry_row *row, uint32_t i)
+static void record_warn(void *context, const struct telemetry_row *row,
+                        const char *text)
 {
-    const struct hal_drive_events more =
-        drive_events_since(&row->axis[i].events, &record->events[i]);
-    char words[DRIVE_EVENTS_TEXT_MAX], text[RECORD_TEXT_MAX];
-    record->events[i] = row->axis[i].events;
-    if (!record->begun || !drive_events_any(&more))
-        return;
-    drive_events_text(&more, words);
-    snprintf(text, sizeof text, "%s: %s", record->rig->axis[i].name, words);
-    record_note(record, row->t_ns, RECORD_WARNING, text);
-}
-
-static void record_bus(struct record *record, const struct telemetry_row *row,
-                       uint32_t i)
-{
-    char text[RECORD_TEXT_MAX];
-    if (record->begun && row->bus_warnings[i] != record->bus_warnings[i]) {
-        snprintf(text, sizeof text, "bus %s: error-warning",
-                 record->rig->bus[i].name);
-        record_note(record, row->t_ns, RECORD_WARNING, text);
-    }
-    record->bus_warnings[i] = row->bus_warnings[i];
-}
-
-static void record_warning(struct record *record,
-                           const struct telemetry_row *row, uint32_t i)
-{
-    const struct warning *newest = &row->axis[i].warning;
-    char text[WARNING_TEXT_MAX];
-    if (record->begun && newest->number != record->warning[i]) {
-        warning_text(newest, &record->rig->axis[i], text);
-        record_note(record, row->t_ns, RECORD_WARNING, text);
-    }
-    record->warning[i] = newest->number;
+    record_note(context, row->t_ns, RECORD_WARNING, text);
 }
 
 static void record_notes(struct record *record, const struct telemetry_row *row)
 {
-    for (uint32_t i = 0; i < record->rig->axis_count; i++) {
-        record_warning(record, row, i);
-        record_events(record, row, i);
-    }
-    for (uint32_t i = 0; i < record->rig->bus_count; i++)
-        record_bus(record, row, i);
+    row_notes_take(&record->notes, row, record_warn, record);
     if (!record->begun || row->phase != record->phase)
         record_note(record, row->t_ns, RECORD_INFO,
                     telemetry_phase_text(row->phase));

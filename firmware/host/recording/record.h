@@ -13,6 +13,7 @@
 #define FIRMWARE_HOST_RECORDING_RECORD_H
 
 #include "firmware/host/recording/mcap_writer.h"
+#include "firmware/host/recording/row_notes.h"
 #include "firmware/host/recording/telemetry.h"
 
 #define RECORD_TOPIC_RUN   "/run"
@@ -42,10 +43,8 @@ struct record {
     uint64_t rows_waiting, rows_lost;
     int64_t handed_ns;
     bool begun;
-    enum telemetry_phase phase;      /* of the row before */
-    struct hal_drive_events *events; /* of each axis; on the heap */
-    uint32_t *warning;               /* number of the newest; likewise */
-    uint32_t *bus_warnings;          /* of each bus; likewise */
+    enum telemetry_phase phase; /* of the row before */
+    struct row_notes notes;
 };
 
 /* Header, schemas and channels; all zero before, record_free in the end. */

@@ -12,10 +12,12 @@
 
 #define PROGRESS_LINE_MAX  160
 #define PROGRESS_PERIOD_NS INT64_C(100000000)
+#define PROGRESS_NOTE_NS   INT64_C(1000000000)
 #define PROGRESS_WIDTH     40
 #define PROGRESS_SKIP      16 /* rows between looks at the clock */
 
-void progress_init(struct progress *progress, FILE *file, int64_t total_ns_q12)
+void progress_init(struct progress *progress, FILE *file, const struct rig *rig,
+                   int64_t total_ns_q12)
 {
     *progress = (struct progress){
         .file = file,
@@ -23,6 +25,7 @@ void progress_init(struct progress *progress, FILE *file, int64_t total_ns_q12)
         .total_ns = total_ns_q12 / MOTION_FIXED_NS_Q12,
         .phase = -1,
     };
+    row_notes_init(&progress->notes, rig, PROGRESS_NOTE_NS);
 }
 
 static int64_t progress_now_ns(void)
@@ -169,8 +172,22 @@ static void progress_plain(struct progress *progress,
     fflush(progress->file);
 }
 
+/* Where the line was, which is drawn anew below. */
+static void progress_warn(void *context, const struct telemetry_row *row,
+                          const char *text)
+{
+    struct progress *progress = context;
+    (void)row;
+    fprintf(progress->file, "%swarning: %s\n",
+            progress->drawn ? "\r\033[K" : "", text);
+    fflush(progress->file);
+    progress->drawn = false;
+    progress->due_ns = 0;
+}
+
 void progress_take(struct progress *progress, const struct telemetry_row *row)
 {
+    row_notes_take(&progress->notes, row, progress_warn, progress);
     if (progress->terminal)
         progress_terminal(progress, row);
     else
@@ -182,4 +199,5 @@ void progress_end(struct progress *progress)
     if (progress->drawn)
         fputs("\r\033[K", progress->file);
     progress->drawn = false;
+    row_notes_free(&progress->notes);
 }

@@ -2,7 +2,8 @@
  * waits.
  *
  * On a terminal one line, redrawn in place ten times a second of real time;
- * elsewhere a few plain lines, one per phase and per quarter of the move. */
+ * elsewhere a few plain lines, one per phase and per quarter of the move.  What rows
+ * warn of (firmware/host/recording/row_notes.h) is a line of its own. */
 #ifndef FIRMWARE_LINUX_PLAYER_PROGRESS_H
 #define FIRMWARE_LINUX_PLAYER_PROGRESS_H
 
@@ -10,7 +11,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/host/recording/telemetry.h"
+#include "firmware/host/recording/row_notes.h"
 
 struct progress {
     FILE *file;
@@ -21,11 +22,14 @@ struct progress {
     int quarter;       /* last one said */
     unsigned skipped;  /* rows since the clock was looked at */
     const char *typed; /* what the operator is typing, at its end; NULL */
+    struct row_notes notes;
 };
 
-void progress_init(struct progress *progress, FILE *file, int64_t total_ns_q12);
+/* progress_end in the end. */
+void progress_init(struct progress *progress, FILE *file, const struct rig *rig,
+                   int64_t total_ns_q12);
 void progress_take(struct progress *progress, const struct telemetry_row *row);
-/* Leave the line as it is and go to the next. */
+/* The line goes. */
 void progress_end(struct progress *progress);
 
 /* A rate of the clock, 0 .. 200 %, to the nearest percent. */

@@ -340,7 +340,8 @@ static enum status cmd_run_play(struct cmd_run *self)
     const struct player_observer observer =
         cmd_run_observer(self, has_keys || config.follow != NULL);
     cmd_run_begin_report(self, &config);
-    progress_init(&self->progress, stderr, self->job.end_ns_q12);
+    progress_init(&self->progress, stderr, &self->job.rig,
+                  self->job.end_ns_q12);
     player_init(&self->player, &self->live.machine, &self->job, &config,
                 &observer);
     cmd_run_begin_files(self, config.realtime);

@@ -1,0 +1,46 @@
+/* firmware/host/recording/row_notes.h - what rows of telemetry say beside their
+ * numbers, in words and as it begins: warnings of axes and buses, and what drives say
+ * without being in fault. */
+#ifndef FIRMWARE_HOST_RECORDING_ROW_NOTES_H
+#define FIRMWARE_HOST_RECORDING_ROW_NOTES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/host/base/memory.h"
+#include "firmware/host/recording/telemetry.h"
+
+#define ROW_NOTES_TEXT_MAX 256
+
+/* What was said, and when. */
+struct row_notes_axis {
+    uint32_t warning; /* number of the newest */
+    struct hal_drive_events drive;
+    int64_t drive_ns;
+};
+struct row_notes_bus {
+    uint32_t warnings;
+    int64_t ns;
+};
+
+struct row_notes {
+    struct memory_pool memory;
+    const struct rig *rig;
+    int64_t every_ns; /* of one drive, and of one bus, once in */
+    bool begun;
+    struct row_notes_axis *axis;
+    struct row_notes_bus *bus;
+};
+
+/* All zero before; row_notes_free in the end. */
+void row_notes_init(struct row_notes *notes, const struct rig *rig,
+                    int64_t every_ns);
+void row_notes_free(struct row_notes *notes);
+/* "pan: warning 1", "bus can0: error-warning" to `say`.  What was there in the first
+ * row is no news. */
+void row_notes_take(struct row_notes *notes, const struct telemetry_row *row,
+                    void (*say)(void *context, const struct telemetry_row *row,
+                                const char *text),
+                    void *context);
+
+#endif
