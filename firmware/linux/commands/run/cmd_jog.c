@@ -129,8 +129,10 @@ static enum status cmd_jog_keys(struct cmd_jog *self,
     };
     struct jog_hand_live hand;
     jog_hand_live_init(&hand, &self->live);
+    self->live.warn.draws = true;
     const enum status status =
         jog_keys_run(&self->keys, &hand.hand, &config, interrupts);
+    self->live.warn.draws = false;
     jog_hand_live_free(&hand);
     return status;
 }

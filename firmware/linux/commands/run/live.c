@@ -94,6 +94,7 @@ void live_close(struct live *live)
     machine_modbus_close(&live->pty);
     machine_real_close(&live->real);
     guardian_end(&live->guardian);
+    live_warn_free(&live->warn);
     machine_free(&live->machine);
     machine_sim_free(&live->sim);
     rig_free(&live->own);
@@ -127,6 +128,7 @@ void live_tick(struct live *live)
 {
     live_wait(live);
     machine_tick(&live->machine, live->now_ns);
+    live_warn_step(&live->warn, &live->machine, live->now_ns);
 }
 
 static void live_tick_quick_stop(struct live *live)
@@ -232,7 +234,11 @@ enum status live_begin(struct live *live, const struct options *options,
                        const char *command, bool paced)
 {
     enum status status = live_confirm(live, options, command);
-    return status == STATUS_OK ? live_open(live, options, paced) : status;
+    if (status == STATUS_OK)
+        status = live_open(live, options, paced);
+    if (status == STATUS_OK)
+        live_warn_init(&live->warn, live->rig, command);
+    return status;
 }
 
 /* --- what can be known before anything moves --- */

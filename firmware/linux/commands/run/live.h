@@ -11,6 +11,7 @@
 #include <stdio.h>
 
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/run/live_warn.h"
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
 
@@ -36,6 +37,7 @@ struct live {
     struct clock_linux pace;
     int64_t pace_ns;          /* clock minus virtual time */
     int64_t start_ns, now_ns; /* nominal time of the last tick */
+    struct live_warn warn;    /* from live_begin on */
 };
 
 /* Read the rig, options->path[0], and --interface, into a live that is all

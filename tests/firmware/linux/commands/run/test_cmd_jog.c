@@ -269,6 +269,39 @@ static void a_program_reads_the_result(void **state)
     assert_non_null(strstr(heard, "\"result\":\t\"homed\""));
 }
 
+/* An axis whose following error at speed is over half of its limit. */
+static void what_an_axis_warns_of_is_said(void **state)
+{
+    char rig[64];
+    const char *const jog[] = { "slew",  "jog",   "--home", rig,
+                                "slide", "+30mm", NULL };
+    const char *const home[] = { "slew", "home", "--json", rig, NULL };
+    (void)state;
+    snprintf(rig, sizeof rig, "%s/rig.yaml", directory);
+    FILE *file = fopen(rig, "w");
+    assert_non_null(file);
+    fputs("buses: {can: {kind: canopen, bit_rate: 1 Mbit/s}}\n"
+          "axes:\n"
+          "  slide:\n"
+          "    unit: mm\n"
+          "    limits: {position: [-10 mm, 100 mm], velocity: 100 mm/s,"
+          " acceleration: 1000 mm/s2}\n"
+          "    following_error: {floor: 0.06 mm}\n"
+          "    drive: {kind: cia402, bus: can, node: 1, counts: 4096 per mm}\n"
+          "    homing: {by: switch, speed: 25 mm/s, slow: 5 mm/s,"
+          " distance: 100 mm, position: -3 mm}\n"
+          "    sim: {start: 20 mm, home_switch: [-10 mm, -3 mm]}\n",
+          file);
+    fclose(file);
+    assert_int_equal(run(jog), 0);
+    assert_non_null(strstr(heard, "slew jog: warning: slide: following error "
+                                  "over half of its limit, "));
+    assert_int_equal(run(home), 0);
+    assert_non_null(strstr(heard, "slew home: warning: slide: following error "
+                                  "over half of its limit, "));
+    unlink(rig);
+}
+
 /* --- keys ------------------------------------------------------------------ */
 
 static const char *const by_keys[] = { "slew", "jog",     "--dead-man",
@@ -436,6 +469,7 @@ int main(void)
         cmocka_unit_test(monitor_shows_everything_and_enables_nothing),
         cmocka_unit_test(monitor_is_live_on_a_terminal),
         cmocka_unit_test(a_program_reads_the_result),
+        cmocka_unit_test(what_an_axis_warns_of_is_said),
         cmocka_unit_test(an_arrow_jogs_while_it_is_held),
         cmocka_unit_test(space_stops_at_once),
         cmocka_unit_test(h_homes_and_s_sets_keys_of_a_move),
