@@ -39,52 +39,33 @@ static void row_notes_begin(struct row_notes *notes,
     notes->begun = true;
 }
 
-/* True, with a text: it begins. */
-static bool row_notes_warning(struct row_notes *notes,
-                              const struct telemetry_row *row, uint32_t i,
-                              char text[ROW_NOTES_TEXT_MAX])
+bool row_notes_warning(struct row_notes_axis *said,
+                       const struct warning *newest)
 {
-    const struct warning *newest = &row->axis[i].warning;
-    char words[WARNING_TEXT_MAX];
-    if (newest->number == notes->axis[i].warning)
+    const bool is_new = newest->number != said->warning;
+    said->warning = newest->number;
+    return is_new;
+}
+
+bool row_notes_drive(struct row_notes_axis *said,
+                     const struct hal_drive_events *now, int64_t now_ns,
+                     int64_t every_ns, struct hal_drive_events *more)
+{
+    *more = drive_events_since(now, &said->drive);
+    if (!drive_events_any(more) || now_ns - said->drive_ns < every_ns)
         return false;
-    notes->axis[i].warning = newest->number;
-    warning_text(newest, &notes->rig->axis[i], words);
-    snprintf(text, ROW_NOTES_TEXT_MAX, "%s", words);
+    said->drive = *now;
+    said->drive_ns = now_ns;
     return true;
 }
 
-static bool row_notes_drive(struct row_notes *notes,
-                            const struct telemetry_row *row, uint32_t i,
-                            char text[ROW_NOTES_TEXT_MAX])
+bool row_notes_bus(struct row_notes_bus *said, uint32_t warnings,
+                   int64_t now_ns, int64_t every_ns)
 {
-    struct row_notes_axis *said = &notes->axis[i];
-    const struct hal_drive_events more =
-        drive_events_since(&row->axis[i].events, &said->drive);
-    char words[DRIVE_EVENTS_TEXT_MAX];
-    if (!drive_events_any(&more) ||
-        row->t_ns - said->drive_ns < notes->every_ns)
+    if (warnings == said->warnings || now_ns - said->ns < every_ns)
         return false;
-    said->drive = row->axis[i].events;
-    said->drive_ns = row->t_ns;
-    drive_events_text(&more, words);
-    snprintf(text, ROW_NOTES_TEXT_MAX, "%s: %s", notes->rig->axis[i].name,
-             words);
-    return true;
-}
-
-static bool row_notes_bus(struct row_notes *notes,
-                          const struct telemetry_row *row, uint32_t i,
-                          char text[ROW_NOTES_TEXT_MAX])
-{
-    struct row_notes_bus *said = &notes->bus[i];
-    if (row->bus_warnings[i] == said->warnings ||
-        row->t_ns - said->ns < notes->every_ns)
-        return false;
-    said->warnings = row->bus_warnings[i];
-    said->ns = row->t_ns;
-    snprintf(text, ROW_NOTES_TEXT_MAX, "bus %s: error-warning",
-             notes->rig->bus[i].name);
+    said->warnings = warnings;
+    said->ns = now_ns;
     return true;
 }
 
@@ -93,16 +74,30 @@ void row_notes_take(struct row_notes *notes, const struct telemetry_row *row,
                                 const char *text),
                     void *context)
 {
+    char warning[WARNING_TEXT_MAX], drive[DRIVE_EVENTS_TEXT_MAX];
     char text[ROW_NOTES_TEXT_MAX];
+    struct hal_drive_events more;
     if (!notes->begun)
         row_notes_begin(notes, row);
     for (uint32_t i = 0; i < notes->rig->axis_count; i++) {
-        if (row_notes_warning(notes, row, i, text))
+        const struct telemetry_axis *axis = &row->axis[i];
+        if (row_notes_warning(&notes->axis[i], &axis->warning)) {
+            warning_text(&axis->warning, &notes->rig->axis[i], warning);
+            say(context, row, warning);
+        }
+        if (row_notes_drive(&notes->axis[i], &axis->events, row->t_ns,
+                            notes->every_ns, &more)) {
+            drive_events_text(&more, drive);
+            snprintf(text, sizeof text, "%s: %s", notes->rig->axis[i].name,
+                     drive);
             say(context, row, text);
-        if (row_notes_drive(notes, row, i, text))
-            say(context, row, text);
+        }
     }
     for (uint32_t i = 0; i < notes->rig->bus_count; i++)
-        if (row_notes_bus(notes, row, i, text))
+        if (row_notes_bus(&notes->bus[i], row->bus_warnings[i], row->t_ns,
+                          notes->every_ns)) {
+            snprintf(text, sizeof text, "bus %s: error-warning",
+                     notes->rig->bus[i].name);
             say(context, row, text);
+        }
 }

@@ -1,6 +1,7 @@
 /* firmware/host/recording/row_notes.h - what rows of telemetry say beside their
  * numbers, in words and as it begins: warnings of axes and buses, and what drives say
- * without being in fault. */
+ * without being in fault.  A service, which has no rows, asks the same of what it
+ * has (row_notes_warning and after). */
 #ifndef FIRMWARE_HOST_RECORDING_ROW_NOTES_H
 #define FIRMWARE_HOST_RECORDING_ROW_NOTES_H
 
@@ -31,6 +32,16 @@ struct row_notes {
     struct row_notes_axis *axis;
     struct row_notes_bus *bus;
 };
+
+/* Is there something to be said that was not?  Of warnings of an axis each, of one
+ * drive and one bus once in every_ns: what has come since then, together. */
+bool row_notes_warning(struct row_notes_axis *said,
+                       const struct warning *newest);
+bool row_notes_drive(struct row_notes_axis *said,
+                     const struct hal_drive_events *now, int64_t now_ns,
+                     int64_t every_ns, struct hal_drive_events *more);
+bool row_notes_bus(struct row_notes_bus *said, uint32_t warnings,
+                   int64_t now_ns, int64_t every_ns);
 
 /* All zero before; row_notes_free in the end. */
 void row_notes_init(struct row_notes *notes, const struct rig *rig,

@@ -8,7 +8,6 @@
 #include <string.h>
 #include <sys/resource.h>
 
-#include "firmware/host/recording/drive_events.h"
 #include "firmware/linux/machine/pace.h"
 #include "motion/core/err.h"
 
@@ -30,10 +29,14 @@ void service_loop_init(struct service_loop *loop, struct machine *machine,
     mailbox_init(&loop->mailbox);
     service_board_init(&loop->board, machine->rig, &loop->memory);
     machine_view_init(&loop->view, machine->rig, &loop->memory);
-    loop->axis_told = memory_pool_new(&loop->memory, machine->rig->axis_count,
-                                      sizeof *loop->axis_told);
-    loop->bus_told = memory_pool_new(&loop->memory, machine->rig->bus_count,
-                                     sizeof *loop->bus_told);
+    loop->axis_said = memory_pool_new(&loop->memory, machine->rig->axis_count,
+                                      sizeof *loop->axis_said);
+    loop->bus_said = memory_pool_new(&loop->memory, machine->rig->bus_count,
+                                     sizeof *loop->bus_said);
+    for (unsigned i = 0; i < machine->rig->axis_count; i++)
+        loop->axis_said[i].drive_ns = loop->now_ns - LOOP_SAID_NS;
+    for (unsigned i = 0; i < machine->rig->bus_count; i++)
+        loop->bus_said[i].ns = loop->now_ns - LOOP_SAID_NS;
 }
 
 void service_loop_free(struct service_loop *loop)
@@ -69,43 +72,30 @@ static void loop_say(struct service_loop *loop, enum service_event_kind kind)
     service_board_put(&loop->board, &event);
 }
 
-/* More of one kind than once in a second are said together. */
-static bool loop_is_quiet(const struct service_loop *loop, int64_t told_ns)
-{
-    return told_ns != 0 && loop->now_ns - told_ns < LOOP_SAID_NS;
-}
-
 static void loop_say_axis(struct service_loop *loop, unsigned i)
 {
-    struct service_told_axis *told = &loop->axis_told[i];
+    struct row_notes_axis *said = &loop->axis_said[i];
     const struct warning *warning = &loop->machine->warnings[i].newest;
-    const struct hal_drive_events *drive =
-        &loop->machine->controller.axis[i].feedback.events;
-    const struct hal_drive_events more =
-        drive_events_since(drive, &told->drive);
     struct service_event event = {
         .now_ns = loop->now_ns,
         .state = loop->machine->controller.state,
         .index = i,
     };
-    if (warning->number != told->warning) {
+    if (row_notes_warning(said, warning)) {
         event.kind = SERVICE_EVENT_WARNING;
         event.warning = *warning;
         service_board_put(&loop->board, &event);
-        told->warning = warning->number;
     }
-    if (drive_events_any(&more) && !loop_is_quiet(loop, told->drive_ns)) {
+    if (row_notes_drive(said,
+                        &loop->machine->controller.axis[i].feedback.events,
+                        loop->now_ns, LOOP_SAID_NS, &event.drive)) {
         event.kind = SERVICE_EVENT_DRIVE;
-        event.drive = more;
         service_board_put(&loop->board, &event);
-        told->drive = *drive;
-        told->drive_ns = loop->now_ns;
     }
 }
 
 static void loop_say_bus(struct service_loop *loop, unsigned i)
 {
-    struct service_told_bus *told = &loop->bus_told[i];
     const uint32_t warnings = machine_bus_warnings(loop->machine, i);
     const struct service_event event = {
         .kind = SERVICE_EVENT_BUS,
@@ -114,11 +104,8 @@ static void loop_say_bus(struct service_loop *loop, unsigned i)
         .index = i,
         .count = warnings,
     };
-    if (warnings == told->warnings || loop_is_quiet(loop, told->ns))
-        return;
-    service_board_put(&loop->board, &event);
-    told->warnings = warnings;
-    told->ns = loop->now_ns;
+    if (row_notes_bus(&loop->bus_said[i], warnings, loop->now_ns, LOOP_SAID_NS))
+        service_board_put(&loop->board, &event);
 }
 
 static void loop_say_events(struct service_loop *loop)
@@ -137,7 +124,7 @@ static void loop_say_events(struct service_loop *loop)
     if (loop->homing && !homing)
         loop_say(loop, SERVICE_EVENT_HOMING);
     if (controller->ticks_lost != loop->lost &&
-        !loop_is_quiet(loop, loop->lost_ns)) {
+        loop->now_ns - loop->lost_ns >= LOOP_SAID_NS) {
         loop_say(loop, SERVICE_EVENT_LOST);
         loop->lost = controller->ticks_lost;
         loop->lost_ns = loop->now_ns;

@@ -15,6 +15,7 @@
 
 #include "firmware/control/mailbox.h"
 #include "firmware/control/playback.h"
+#include "firmware/host/recording/row_notes.h"
 #include "firmware/linux/service/follow.h"
 #include "firmware/linux/service/frames.h"
 #include "firmware/linux/service/recording.h"
@@ -48,17 +49,6 @@ struct service_request {
 
 enum service_request_turn { SERVICE_FREE, SERVICE_ASKED, SERVICE_DONE };
 
-/* What was said of an axis and of a bus, and when. */
-struct service_told_axis {
-    uint32_t warning; /* number of the newest */
-    struct hal_drive_events drive;
-    int64_t drive_ns;
-};
-struct service_told_bus {
-    uint32_t warnings;
-    int64_t ns;
-};
-
 struct service_loop {
     struct machine *machine;
     struct memory_pool memory; /* taken before the first tick */
@@ -87,8 +77,8 @@ struct service_loop {
     enum controller_state state;
     enum controller_fault fault;
     bool homing;
-    struct service_told_axis *axis_told;
-    struct service_told_bus *bus_told;
+    struct row_notes_axis *axis_said;
+    struct row_notes_bus *bus_said;
     struct service_shoot shoot;
     struct service_follow follow;
     int64_t viewed_ns; /* buses and lines, the last time */
