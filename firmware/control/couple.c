@@ -8,15 +8,13 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-#define COUPLE_S_NS_Q12 (INT64_C(1000000000) * MOTION_FIXED_NS_Q12)
-
 /* --- a cam --- */
 
 int64_t controller_cam_ns_q12(const struct controller_cam *cam, int64_t m_q32)
 {
     int64_t t_ns_q12;
     if (m_q32 <= cam->low_q32 ||
-        motion_fixed_mulshift(m_q32 - cam->low_q32, COUPLE_S_NS_Q12, 32,
+        motion_fixed_mulshift(m_q32 - cam->low_q32, MOTION_FIXED_S_Q12, 32,
                               &t_ns_q12) < 0)
         return 0;
     return t_ns_q12 < cam->track->end_ns_q12 ? t_ns_q12
@@ -44,8 +42,8 @@ int controller_cam_init(struct controller_cam *cam)
 {
     int64_t long_ns_q12;
     if (cam->low_q32 >= cam->high_q32 || cam->track->count == 0 ||
-        motion_fixed_mulshift(cam->high_q32 - cam->low_q32, COUPLE_S_NS_Q12, 32,
-                              &long_ns_q12) < 0 ||
+        motion_fixed_mulshift(cam->high_q32 - cam->low_q32, MOTION_FIXED_S_Q12,
+                              32, &long_ns_q12) < 0 ||
         motion_fixed_abs(cam->track->end_ns_q12 - long_ns_q12) >
             MOTION_FIXED_NS_Q12)
         return MOTION_E_ARG;

@@ -6,12 +6,10 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-#define GEAR_S_NS_Q12 (INT64_C(1000000000) * MOTION_FIXED_NS_Q12)
-
 /* Of the master, as time of the track. */
 static int gear_ns_q12(int64_t distance_q32, int64_t *ns_q12)
 {
-    return motion_fixed_mulshift(distance_q32, GEAR_S_NS_Q12, 32, ns_q12);
+    return motion_fixed_mulshift(distance_q32, MOTION_FIXED_S_Q12, 32, ns_q12);
 }
 
 /* How far it goes with the master, without the blend. */

@@ -4,7 +4,6 @@
 #include "firmware/control/ramp.h"
 #include "firmware/control/ramp_step.h"
 
-#define SCHEDULED_Q30_Q56 ((int64_t)1 << 26)
 /* Ticks of one ramp, in all. */
 #define SCHEDULED_TICKS_MAX (1 << 20)
 /* Segments of tracks in spans that a call of a search looks at, at the most, and
@@ -51,8 +50,6 @@ static void scheduled_lay(struct controller_step *step,
 static void scheduled_judge(struct controller *controller)
 {
     struct controller_step *step = &controller->step;
-    step->stage = STEP_SPAN;
-    controller_span_end(controller);
     if (!step->verdict.acc || !step->verdict.jerk) {
         step->scheduled.state = CONTROLLER_SCHEDULED_NONE;
         return;
@@ -72,18 +69,13 @@ static void scheduled_judge(struct controller *controller)
 
 bool controller_scheduled_judge(struct controller *controller)
 {
-    struct controller_step *step = &controller->step;
-    if (step->scheduled.state != CONTROLLER_SCHEDULED_FIRST &&
-        step->scheduled.state != CONTROLLER_SCHEDULED_SECOND)
+    const enum controller_scheduled_state state =
+        controller->step.scheduled.state;
+    if (state != CONTROLLER_SCHEDULED_FIRST &&
+        state != CONTROLLER_SCHEDULED_SECOND)
         return false;
-    if (step->stage == STEP_SPAN) {
-        step->stage = STEP_AXIS;
-        controller_span_begin(controller);
-    } else if (step->axis < controller->config.axis_count) {
-        controller_span_axis(controller);
-    } else {
+    if (controller_span_step(controller))
         scheduled_judge(controller);
-    }
     return true;
 }
 
@@ -104,7 +96,7 @@ static bool scheduled_measure(struct controller *controller,
         return false;
     const int64_t by_q30 = ramp->rate_q30 - controller->warp.rate1_q30;
     const uint64_t peak_q56 =
-        motion_fixed_abs(by_q30 * SCHEDULED_Q30_Q56) / (change + flat);
+        motion_fixed_abs(by_q30 * RAMP_Q30_Q56) / (change + flat);
     const int64_t slope_q56 =
         (int64_t)(peak_q56 / ((uint64_t)change * per * per));
     scheduled->ramp = *ramp;
@@ -134,7 +126,7 @@ int controller_ramp_schedule(struct controller *controller,
     motion_clock_unit_init(&scheduled->unit, ramp->tick_ns);
     motion_clock_warp_at(&controller->warp, begin_ns, &then);
     const struct controller_step_state at = {
-        then.rate_q30 * SCHEDULED_Q30_Q56, 0,
+        then.rate_q30 * RAMP_Q30_Q56, 0,
         ramp_least(then.s_ns_q12, controller->move_end_ns_q12)
     };
     scheduled_lay(&controller->step, CONTROLLER_SCHEDULED_FIRST, &at);
@@ -162,7 +154,7 @@ int32_t controller_ramp_find(struct controller *controller, int64_t begin_ns,
     const int32_t period_ns = (int32_t)controller->config.period_ns;
     const int64_t most =
         ramp_least(SCHEDULED_MOST_NS / period_ns, SCHEDULED_TICKS_MAX);
-    int32_t left = SCHEDULED_LOOKS, n = 0, looks = 0;
+    int32_t left = SCHEDULED_LOOKS, n = 0;
     ramp->tick_ns = period_ns;
     for (int32_t ticks = 2; ticks <= most; ticks += ticks / 8 + 1)
         for (int32_t part = 2; part <= 8; part *= 2) {
@@ -172,7 +164,8 @@ int32_t controller_ramp_find(struct controller *controller, int64_t begin_ns,
                 continue;
             ramp->change = ticks / part;
             ramp->flat = ticks - 2 * ramp->change;
-            looks = scheduled_try(controller, ramp, begin_ns, &left);
+            const int32_t looks =
+                scheduled_try(controller, ramp, begin_ns, &left);
             if (looks > 0)
                 return looks / SCHEDULED_LOOKS_TICK + 1;
             controller->step.scheduled.state = CONTROLLER_SCHEDULED_NONE;
@@ -193,7 +186,7 @@ static int scheduled_begin(struct controller *controller, bool is_first)
     struct motion_clock_rate now;
     motion_clock_warp_at(&controller->warp, controller->clock_ns, &now);
     const struct motion_clock_begin begin = {
-        controller->clock_ns, now.s_ns_q12, now.rate_q30 * SCHEDULED_Q30_Q56,
+        controller->clock_ns, now.s_ns_q12, now.rate_q30 * RAMP_Q30_Q56,
         is_first ? 0 : scheduled->peak_q56
     };
     const int err = motion_clock_warp_by(

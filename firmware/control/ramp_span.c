@@ -238,7 +238,7 @@ static void span_fails(struct controller_verdict *verdict)
     verdict->acc_q10 = verdict->jerk_q10 = 64;
 }
 
-void controller_span_begin(struct controller *controller)
+static void span_begin(struct controller *controller)
 {
     struct controller_step *step = &controller->step;
     struct controller_verdict *verdict = &step->verdict;
@@ -259,7 +259,7 @@ void controller_span_begin(struct controller *controller)
     span_axis(controller, 0);
 }
 
-void controller_span_axis(struct controller *controller)
+static void span_look(struct controller *controller)
 {
     struct controller_step *step = &controller->step;
     struct controller_axis *axis = &controller->axis[step->axis];
@@ -281,16 +281,32 @@ void controller_span_axis(struct controller *controller)
     }
 }
 
-void controller_span_end(struct controller *controller)
+static void span_end(struct controller *controller)
 {
     struct controller_step *step = &controller->step;
     const struct controller_step_state *to = &step->to;
-    const int64_t most = controller->override_max_q30 * ((int64_t)1 << 26);
+    const int64_t most = controller->override_max_q30 * RAMP_Q30_Q56;
     if ((to->rate_q56 > most && to->rate_q56 > step->from.rate_q56) ||
-        to->rate_q56 < -((int64_t)1 << 26))
+        to->rate_q56 < -RAMP_Q30_Q56)
         step->verdict.acc = false;
     step->at = *to;
     step->accel_q40 += step->gain_q40 * step->h;
     step->tick += step->h;
     step->is_new = false;
+}
+
+bool controller_span_step(struct controller *controller)
+{
+    struct controller_step *step = &controller->step;
+    if (step->stage == STEP_SPAN) {
+        step->stage = STEP_AXIS;
+        span_begin(controller);
+    } else if (step->axis < controller->config.axis_count) {
+        span_look(controller);
+    } else {
+        step->stage = STEP_SPAN;
+        span_end(controller);
+        return true;
+    }
+    return false;
 }

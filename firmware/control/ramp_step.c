@@ -396,8 +396,6 @@ static void step_judge(struct controller *controller)
     struct controller_step *step = &controller->step;
     const struct controller_verdict *verdict = &step->verdict;
     const unsigned piece = step->piece;
-    step->stage = STEP_SPAN;
-    controller_span_end(controller);
     if (!verdict->acc || !verdict->jerk || !verdict->fall) {
         step_mend(step, verdict);
         return;
@@ -641,14 +639,9 @@ static void step_on(struct controller *controller)
     struct controller_step *step = &controller->step;
     if (step->stage == STEP_NONE) {
         step_make(controller);
-    } else if (step->stage == STEP_SPAN) {
-        step->stage = STEP_AXIS;
-        controller_span_begin(controller);
     } else if (step->stage == STEP_READY) {
         step_take(controller);
-    } else if (step->axis < controller->config.axis_count) {
-        controller_span_axis(controller);
-    } else {
+    } else if (controller_span_step(controller)) {
         step_judge(controller);
     }
 }

@@ -97,12 +97,11 @@ controller_step_rest(const struct controller *controller, bool stop);
 int64_t controller_step_stop_ticks(const struct controller *controller,
                                    int64_t rate_q30);
 
-/* ramp_span.c.  Begin: the candidate's next span.  Axis: a segment of the track of
- * step.axis in it, until that is config.axis_count, for all have been judged, or
- * one does not keep its limits.  End: step.verdict says whether it is kept. */
-void controller_span_begin(struct controller *controller);
-void controller_span_axis(struct controller *controller);
-void controller_span_end(struct controller *controller);
+/* ramp_span.c.  A piece of judging: the next span is begun; in it a segment of the
+ * track of step.axis, until that is config.axis_count, for all have been judged, or
+ * one does not keep its limits; or it ends.  True: it has, and step.verdict says
+ * whether it is kept. */
+bool controller_span_step(struct controller *controller);
 
 /* ramp_scheduled.c.  Goes on: is a ramp still scheduled, or in force?  Else it is
  * forgotten.  Judge: a piece of that, as of a candidate; false: there is nothing

@@ -305,7 +305,7 @@ static int registers_wait(struct mcu_registers *self, enum mcu_command command,
 }
 
 /* Judged from now on until its tick. */
-static int registers_expect(struct mcu_registers *self, const uint16_t *value)
+static int registers_schedule(struct mcu_registers *self, const uint16_t *value)
 {
     struct controller *controller = &self->unit->controller;
     const uint32_t ahead = self->waiting.at - self->unit->tick - 1;
@@ -334,7 +334,7 @@ static int registers_tell(struct mcu_registers *self, enum mcu_command command,
         registers_wait(self, command, (uint32_t)mcu_words_get(value + 2, 2),
                        (uint32_t)mcu_words_get(value + 4, 2));
     const int err =
-        is_ramp && waits > 0 ? registers_expect(self, value) : MOTION_OK;
+        is_ramp && waits > 0 ? registers_schedule(self, value) : MOTION_OK;
     return err < 0 ? err : waits;
 }
 

@@ -289,6 +289,17 @@ static void bench_report(const char *what, uint32_t count)
     start_print("\n");
 }
 
+/* False: more than its limit. */
+static bool bench_is_kept(const struct bench_worst *worst, const char *request)
+{
+    bench_report("    moving          ", worst->moving);
+    bench_report(request, worst->request);
+    bench_report("    until rest      ", worst->after);
+    bench_report("    ticks of that   ", worst->ticks);
+    return worst->moving <= LIMIT_MOVING && worst->request <= LIMIT_SEEK &&
+           worst->after <= LIMIT_SEEK;
+}
+
 /* Over at once: more than its limit. */
 static bool bench_kind(const char *what, int64_t stop_times,
                        bench_command *command)
@@ -298,13 +309,9 @@ static bool bench_kind(const char *what, int64_t stop_times,
         if (bench_episode(n, stop_times, command, &worst) < 0)
             return false;
     start_print(what);
-    bench_report("    moving          ", worst.moving);
-    bench_report("    with the request ", worst.request);
-    bench_report("    until rest      ", worst.after);
-    bench_report("    ticks of that   ", worst.ticks);
+    const bool is_kept = bench_is_kept(&worst, "    with the request ");
     bench_report("    quick stops     ", worst.quick);
-    return worst.moving <= LIMIT_MOVING && worst.request <= LIMIT_SEEK &&
-           worst.after <= LIMIT_SEEK;
+    return is_kept;
 }
 
 static bool bench_ramps(void)
@@ -314,12 +321,7 @@ static bool bench_ramps(void)
         if (bench_scheduled(n, &worst) < 0)
             return false;
     start_print("  scheduled ramp\n");
-    bench_report("    moving          ", worst.moving);
-    bench_report("    until it begins ", worst.request);
-    bench_report("    until rest      ", worst.after);
-    bench_report("    ticks of that   ", worst.ticks);
-    return worst.moving <= LIMIT_MOVING && worst.request <= LIMIT_SEEK &&
-           worst.after <= LIMIT_SEEK;
+    return bench_is_kept(&worst, "    until it begins ");
 }
 
 int main(void)

@@ -13,7 +13,6 @@
 #define COUPLE_RATIO_MAX 1000.0
 #define COUPLE_OVER_MAX  1e6
 #define COUPLE_AHEAD     10 /* 1 / s: what the tick may take to take it */
-#define COUPLE_S_NS_Q12  (INT64_C(1000000000) * MOTION_FIXED_NS_Q12)
 
 void service_cam_free(struct service_control *control)
 {
@@ -93,7 +92,7 @@ static void couple_send(const struct command_line *line, unsigned axis,
         return;
     }
     (void)motion_fixed_muldiv(last->key.t_ns_q12, MOTION_FIXED_ONE_Q32,
-                              COUPLE_S_NS_Q12, &long_q32);
+                              MOTION_FIXED_S_Q12, &long_q32);
     cam->track = track;
     cam->low_q32 = own->low_q32;
     cam->high_q32 = own->low_q32 + long_q32;
@@ -212,7 +211,7 @@ void command_gear(const struct command_line *line)
                               &key[0].key.pos_q32) < 0 ||
         motion_fixed_mulshift(ratio_q32, high_q32 - m_q32, 32,
                               &key[1].key.pos_q32) < 0 ||
-        motion_fixed_muldiv(high_q32 - low_q32, COUPLE_S_NS_Q12,
+        motion_fixed_muldiv(high_q32 - low_q32, MOTION_FIXED_S_Q12,
                             MOTION_FIXED_ONE_Q32, &key[1].key.t_ns_q12) < 0) {
         command_line_refuse(line, "LIMIT", motion_err_text(MOTION_E_LIMIT));
         return;
@@ -247,7 +246,7 @@ static struct plan_key *couple_keys(const struct command_line *line,
         struct motion_key *own = &key[*count].key;
         if (*count == 0)
             *low_q32 = m_q32;
-        if (motion_fixed_muldiv(m_q32 - *low_q32, COUPLE_S_NS_Q12,
+        if (motion_fixed_muldiv(m_q32 - *low_q32, MOTION_FIXED_S_Q12,
                                 MOTION_FIXED_ONE_Q32, &own->t_ns_q12) < 0)
             break;
         own->pos_q32 = llrint(f * (double)MOTION_FIXED_ONE_Q32);
