@@ -154,11 +154,14 @@ static int rig_read_bus(void *reader, uint32_t key,
                              .place = yaml_tree_place(entry->tree, key) };
     memcpy(bus->name, entry->name, strlen(entry->name) + 1);
     value.expected = "a map with kind and bit_rate";
+    int err;
     if (strncmp(rig_kind_of(&value), "modbus", 6) == 0)
-        return rig_read_modbus_bus(self, &value, bus);
-    if (strcmp(rig_kind_of(&value), rig_bus_kinds[RIG_CAN]) == 0)
-        return rig_read_can_bus(self, &value, bus);
-    return yaml_fields_read(&value, &rig_bus_shape, reader, bus);
+        err = rig_read_modbus_bus(self, &value, bus);
+    else if (strcmp(rig_kind_of(&value), rig_bus_kinds[RIG_CAN]) == 0)
+        err = rig_read_can_bus(self, &value, bus);
+    else
+        err = yaml_fields_read(&value, &rig_bus_shape, reader, bus);
+    return err < 0 ? err : rig_claim_bus(self, &value, bus);
 }
 
 bool rig_bus_is_can(const struct rig_bus *bus)
@@ -235,6 +238,24 @@ static int rig_set_interface(struct rig *rig, const char *text, size_t length,
     return 0;
 }
 
+/* As rig_claim_bus does of what the file has. */
+static int rig_judge_interfaces(const struct rig *rig,
+                                char message[YAML_MESSAGE_MAX])
+{
+    for (uint32_t i = 0; i < rig->bus_count; i++)
+        for (uint32_t k = 0; k < i; k++)
+            if (rig->bus[i].interface[0] != '\0' &&
+                strcmp(rig->bus[i].interface, rig->bus[k].interface) == 0) {
+                snprintf(message, YAML_MESSAGE_MAX,
+                         "%s is of bus %s and of bus %s, expected an interface "
+                         "of its own for each",
+                         rig->bus[i].interface, rig->bus[k].name,
+                         rig->bus[i].name);
+                return -1;
+            }
+    return 0;
+}
+
 int rig_set_interfaces(struct rig *rig, const char *text,
                        char message[YAML_MESSAGE_MAX])
 {
@@ -244,7 +265,7 @@ int rig_set_interfaces(struct rig *rig, const char *text,
         if (rig_set_interface(rig, text, length, message) < 0)
             return -1;
         if (text[length] == '\0')
-            return 0;
+            return rig_judge_interfaces(rig, message);
         text += length + 1;
     }
 }

@@ -48,24 +48,9 @@ int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
     return 0;
 }
 
-int rig_refuse_taken(const struct rig_reader *reader,
-                     const struct yaml_value *value)
-{
-    const struct rig *rig = reader->rig;
-    const struct rig_axis *axis = reader->axis;
-
-    for (const struct rig_axis *other = rig->axis; other < axis; other++)
-        if (other->bus == axis->bus && other->node_id == axis->node_id &&
-            other->node_axis == axis->node_axis)
-            return yaml_value_refuse(value, "%u on bus %s is axis %s already",
-                                     axis->node_id, rig->bus[axis->bus].name,
-                                     other->name);
-    return 0;
-}
-
 int rig_read_drive_node(void *reader, const struct yaml_value *value, void *out)
 {
-    const struct rig_reader *self = reader;
+    struct rig_reader *self = reader;
     const struct rig_axis *axis = self->axis;
     const struct rig_bus *bus = &self->rig->bus[axis->bus];
 
@@ -74,7 +59,7 @@ int rig_read_drive_node(void *reader, const struct yaml_value *value, void *out)
     if (bus->kind == RIG_CANOPEN && axis->node_id == bus->node_id)
         return yaml_value_refuse(value, "%u is our own on bus %s",
                                  axis->node_id, bus->name);
-    return rig_refuse_taken(self, value);
+    return rig_claim_drive(self, value);
 }
 
 static int rig_read_counts_num(void *reader, const struct yaml_value *value,

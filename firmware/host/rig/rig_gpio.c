@@ -272,7 +272,7 @@ static int rig_read_line(void *reader, uint32_t key,
     if (rig_line_has_axis(line) && line->axis < 0)
         return yaml_value_refuse(&value, "of kind %s names no axis",
                                  rig_line_kinds[line->kind]);
-    return 0;
+    return rig_claim_line(self, &value, line);
 }
 
 unsigned rig_trigger_count(const struct rig *rig)

@@ -146,6 +146,7 @@ int rig_load(const struct files *files, const char *path, struct rig *rig,
         if (rig_kinds[rig->axis[i].kind]->judge_rig != NULL)
             err = rig_kinds[rig->axis[i].kind]->judge_rig(&whole, rig, i);
     memory_free(reader.eds);
+    memory_pool_free(&reader.memory);
     yaml_tree_free(&tree);
     return err;
 }

@@ -14,7 +14,7 @@ int rig_read_unit_number(void *reader, const struct yaml_value *value,
     if (yaml_value_integer(value, 1, 247, &number) < 0)
         return -1;
     *(uint8_t *)out = (uint8_t)number;
-    return rig_refuse_taken(reader, value);
+    return rig_claim_drive(reader, value);
 }
 
 /* Every file once. */

@@ -7,6 +7,7 @@
  *
  *   rig_load.c    the top of the file      rig_drive.c    axis: drive, any kind
  *   rig_bus.c     buses                    rig_monitor.c  drive: monitor
+ *   rig_once.c    what may be there once
  *   rig_modbus.c  buses of Modbus          rig_limits.c   axis: limits, stop,
  *   rig_axis.c    axes                                    following_error
  *   rig_gpio.c    gpio                     rig_homing.c   axis: homing
@@ -27,6 +28,15 @@
 #define RIG_US INT64_C(1000)
 #define RIG_MS INT64_C(1000000)
 
+/* See rig_once.c. */
+#define RIG_OWNER_MAX (PLAN_NAME_MAX + 8)
+struct rig_claim {
+    const char *name;                                     /* "node" */
+    char thing[RIG_LINE_NAME_MAX + MODBUS_LINE_TEXT_MAX]; /* "1 on bus can0" */
+    char owner[RIG_OWNER_MAX];                            /* "axis pan" */
+    uint32_t line;
+};
+
 struct rig_reader {
     const struct files *files;
     struct rig *rig;
@@ -34,7 +44,27 @@ struct rig_reader {
     struct eds *eds;             /* its drive's data sheet; NULL: none */
     struct yaml_value eds_value; /* which the rig has there */
     struct units_context units;
+    struct rig_claim *claim; /* what may be in a rig once, so far */
+    size_t claim_count;
+    struct memory_pool memory; /* of the claims */
 };
+
+/* ---- rig_once.c ---- */
+
+/* Refuse `value`, whose name says what it is, where the thing that the format
+ * gives is another's: with that one and its line. */
+int rig_claim(struct rig_reader *reader, const struct yaml_value *value,
+              const char *owner, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+/* The interface, serial port or server of a whole bus, whose map is `value`. */
+int rig_claim_bus(struct rig_reader *reader, const struct yaml_value *value,
+                  const struct rig_bus *bus);
+/* The drive of the axis that is being read, whose bus, node and axis of that
+ * are known by now. */
+int rig_claim_drive(struct rig_reader *reader, const struct yaml_value *value);
+/* The digital line of a whole line, whose map is `value`. */
+int rig_claim_line(struct rig_reader *reader, const struct yaml_value *value,
+                   const struct rig_line *line);
 
 /* ---- rig_values.c ---- */
 
@@ -133,10 +163,6 @@ int rig_read_pairs(const struct yaml_value *value, const unsigned *count,
                    unsigned most, void *of,
                    int (*read)(void *of, const struct yaml_value *key,
                                const struct yaml_value *value));
-/* Refuses the drive's number, read already, that an axis before has on its bus.
- */
-int rig_refuse_taken(const struct rig_reader *reader,
-                     const struct yaml_value *value);
 /* Set points go to the drive as 32-bit counts: both ends of the axis must
  * fit. */
 bool rig_counts_fit(const struct rig_axis *axis);

@@ -28,6 +28,23 @@ static int rig_read_settle(void *reader, const struct yaml_value *value,
     return rig_read_time(reader, value, RIG_MS, 60000 * RIG_MS, RIG_MS, out);
 }
 
+/* One register under two names would be written twice, with two values. */
+static int modbus_claim_registers(struct rig_reader *reader,
+                                  const struct yaml_value *key,
+                                  const struct modbus_map_item *item)
+{
+    const unsigned count = modbus_map_registers(item->type);
+    struct yaml_value at = *key;
+    int err = 0;
+
+    at.name = item->type == MODBUS_BIT ? "coil" : "register";
+    at.expected = "each register once";
+    for (unsigned i = 0; i < count && err == 0; i++)
+        err = rig_claim(reader, &at, yaml_tree_text(key->tree, key->node),
+                        "0x%04X of axis %s", item->at + i, reader->axis->name);
+    return err;
+}
+
 static int modbus_item(void *of, const struct yaml_value *key,
                        const struct yaml_value *value)
 {
@@ -46,6 +63,8 @@ static int modbus_item(void *of, const struct yaml_value *key,
         return -1;
     if (item == map->position || item == map->alarm)
         return yaml_value_refuse(key, "is what the drive says");
+    if (modbus_claim_registers(self, key, &map->item[item]) < 0)
+        return -1;
     modbus_map_range(map->item[item].type, &min, &max);
     if (yaml_value_integer(value, min, max, &wanted) < 0)
         return -1;

@@ -20,7 +20,7 @@ static int rig_read_odrive_node(void *reader, const struct yaml_value *value,
     if (yaml_value_integer(value, 0, DRIVE_ODRIVE_NODE_MAX, &node) < 0)
         return -1;
     *(uint8_t *)out = (uint8_t)node;
-    return rig_refuse_taken(reader, value);
+    return rig_claim_drive(reader, value);
 }
 
 static int rig_read_endpoints(void *reader, const struct yaml_value *value,

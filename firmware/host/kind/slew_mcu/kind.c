@@ -1,6 +1,7 @@
 /* firmware/host/kind/slew_mcu/kind.c - a board that runs slew's controller, as
  * axes in a rig file; see firmware/host/rig/kind.h. */
 #include <inttypes.h>
+#include <stdio.h>
 
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/host/rig/rig_parts.h"
@@ -37,7 +38,7 @@ static int rig_read_board_axis(void *reader, const struct yaml_value *value,
     if (yaml_value_integer(value, 0, MCU_AXES_MAX - 1, &number) < 0)
         return -1;
     *(uint8_t *)out = (uint8_t)number;
-    return rig_refuse_taken(reader, value);
+    return rig_claim_drive(reader, value);
 }
 
 static int rig_read_watch(void *reader, const struct yaml_value *value,
@@ -118,13 +119,14 @@ static int slew_mcu_judge_board(const struct rig_reader *reader,
 }
 
 /* All servos of a board are driven by one map. */
-static int slew_mcu_judge_servo(const struct rig_reader *reader,
+static int slew_mcu_judge_servo(struct rig_reader *reader,
                                 const struct yaml_value *value,
                                 const struct rig_axis *axis)
 {
     const struct rig *rig = reader->rig;
     const struct modbus_map *map = &rig->map[axis->map];
-    struct yaml_value drive = *value;
+    struct yaml_value drive = *value, servo = *value;
+    char owner[RIG_OWNER_MAX];
 
     for (const struct rig_axis *other = rig->axis; other < axis; other++) {
         if (other->servo == 0 || other->bus != axis->bus ||
@@ -136,12 +138,14 @@ static int slew_mcu_judge_servo(const struct rig_reader *reader,
                                      "the same board, which has one for "
                                      "all of its servos",
                                      other->name);
-        if (other->servo == axis->servo)
-            return yaml_value_refuse(value,
-                                     "has servo %u, which is that of "
-                                     "axis %s already",
-                                     axis->servo, other->name);
     }
+    servo.name = "servo";
+    servo.node = yaml_fields_find(value, servo.name);
+    servo.expected = "a servo of its own on the board's line";
+    snprintf(owner, sizeof owner, "axis %s", axis->name);
+    if (rig_claim(reader, &servo, owner, "%u of board %u on bus %s",
+                  axis->servo, axis->node_id, rig->bus[axis->bus].name) < 0)
+        return -1;
     if (map->stream.count == 0)
         return yaml_value_refuse(value, "has a map without stream, which "
                                         "cannot follow set points");

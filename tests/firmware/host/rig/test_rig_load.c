@@ -887,7 +887,7 @@ static const struct {
     { "rig_node_range.yaml", 12, 44, "node '128' is not in 1 .. 127" },
     { "rig_node_text.yaml", 12, 44, "node 'one' is not a whole number" },
     { "rig_node_twice.yaml", 17, 44,
-      "node 7 on bus can0 is axis dolly already" },
+      "node 7 on bus can0 is axis dolly's already, as in line 12" },
     { "rig_nul.yaml", 8, 18, "character U+0000 is not printable" },
     { "rig_odrive_endpoints.yaml", 12, 77,
       "endpoints 'none.json' is no JSON file that can be read" },

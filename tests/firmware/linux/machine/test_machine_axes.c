@@ -209,8 +209,11 @@ static void what_a_rig_may_not_say_of_axes(void **state)
         { ", axis: 3", "node: 5, axis: 2", NULL },
         { ", pdo: {rx: 0x6DF, tx: 1760}", "node: 6",
           "tx '1760' is not for a PDO" },
-        { "", "node: 5", "13:58: node 5 on bus can0 is axis pan already" },
-        { ", axis: 2", "node: 5, axis: 2", "is axis pan already" },
+        { "", "node: 5",
+          "13:58: node 5 on bus can0 is axis pan's already, as in line "
+          "8" },
+        { ", axis: 2", "node: 5, axis: 2",
+          "node 5, axis 2, on bus can0 is axis pan's already" },
         { "", "node: 5, axis: 0", "axis '0' is not in 1 .. 8" },
         { "", "node: 5, axis: 9", "axis '9' is not in 1 .. 8" },
         { "", "node: 5, axis: two", "axis 'two'" },
