@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "hal/linux/libgpiod_parts.h"
 #include "hal/support/container_of.h"
@@ -60,6 +61,7 @@ static const struct hal_gpio_ops gpio_libgpiod_ops = {
 struct gpio_search {
     const struct gpio_libgpiod_config *config;
     void *chip; /* found; open */
+    uint64_t device;
     unsigned offset;
     unsigned found;
     bool chip_seen;
@@ -88,16 +90,22 @@ static bool gpio_search_is_chip(const struct gpio_search *search, void *chip,
     return name == NULL || strcmp(name, path) == 0 || gpio_part_is(chip, name);
 }
 
+/* A link to a chip (boards have some for old names) is that chip. */
 static void gpio_search_look(struct gpio_search *search, const char *path)
 {
+    struct stat status = { 0 };
     void *chip = gpio_part_open(path);
     if (chip == NULL)
         return;
-    if (gpio_search_is_chip(search, chip, path)) {
+    if (stat(path, &status) == 0 && gpio_search_is_chip(search, chip, path)) {
         search->chip_seen = true;
         int offset = gpio_search_line(search, chip);
-        if (offset >= 0 && search->found++ == 0) {
+        if (offset >= 0 &&
+            !(search->found > 0 && search->device == status.st_rdev &&
+              search->offset == (unsigned)offset) &&
+            search->found++ == 0) {
             search->chip = chip;
+            search->device = status.st_rdev;
             search->offset = (unsigned)offset;
             return;
         }
@@ -179,12 +187,14 @@ int gpio_libgpiod_open(struct gpio_libgpiod *self,
         return gpio_search_fail(&search, message);
     }
     self->chip = search.chip;
+    self->device = search.device;
     self->offset = search.offset;
     if (gpio_part_request(self, config) == 0)
         return MOTION_OK;
     int err = gpio_libgpiod_refused(self, config, message);
     gpio_part_close(self->chip);
-    *self = (struct gpio_libgpiod){ 0 };
+    *self = (struct gpio_libgpiod){ .device = search.device,
+                                    .offset = search.offset };
     return err;
 }
 

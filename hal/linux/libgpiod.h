@@ -24,13 +24,16 @@ struct gpio_libgpiod_config {
 struct gpio_libgpiod {
     struct hal_gpio gpio;
     bool output;
-    unsigned offset;
+    uint64_t
+        device; /* the chip's number, and the line's on it: the same line, */
+    unsigned offset;              /* whatever it was called */
     void *chip, *handle, *buffer; /* libgpiod's own */
 };
 
 /* Find the line and take it for ourselves.  On an error returns MOTION_E_ARG
- * (no such chip or line, or more than one), MOTION_E_STATE (somebody else has
- * it) or MOTION_E_IO, and writes a sentence; nothing is held then. */
+ * (no such chip or line, or more than one), MOTION_E_STATE (somebody has it,
+ * which the kernel knows) or MOTION_E_IO, and writes a sentence; nothing is held
+ * then, and device and offset are those of a line that was found. */
 int gpio_libgpiod_open(struct gpio_libgpiod *self,
                        const struct gpio_libgpiod_config *config,
                        char message[GPIO_LIBGPIOD_MESSAGE_MAX]);

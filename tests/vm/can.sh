@@ -80,7 +80,24 @@ second_master()
     status=$?
     kill -INT $run
     wait $run
-    [ $status -eq 2 ] && say "another slew moves drives" "$dir/second.out"
+    [ $status -eq 1 ] && say "is in use by process $run, \"$slew run" \
+        "$dir/second.out"
+}
+
+# The same interface in another rig, and for a tool.
+second_rig()
+{
+    start "$rig" || return 1
+    sed 's/^title: .*/title: Another/' "$rig/rig.yaml" >"$dir/another.yaml"
+    "$slew" off --real "$dir/another.yaml" >"$dir/second.out" 2>&1
+    status=$?
+    "$slew" scan can0 >"$dir/scan.out" 2>&1
+    runs || return 1
+    kill -INT $run
+    wait $run
+    [ $status -eq 1 ] &&
+        say "bus can0 (can0) is in use by process $run" "$dir/second.out" &&
+        say "bus can0 (can0) is in use by process $run" "$dir/scan.out"
 }
 
 on_can0()
@@ -97,6 +114,7 @@ on_can0()
     claim "can0 down for 2 s in mid-move, and up" down_and_up 2
     claim "killed in mid-move: the drives stop by themselves" killed
     claim "a second master on this host is refused" second_master
+    claim "so is one with another rig, slew off, and a tool" second_rig
     claim "the demo again" demo
     unserve
 }

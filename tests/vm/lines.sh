@@ -140,8 +140,20 @@ taken()
     status=$?
     kill -INT $run
     ended 130 &&
-        say "line stop: GPIO line 'rig0' is taken by 'slew'" "$dir/other.out" &&
-        [ $status -eq 2 ]
+        say "line stop: GPIO line 'rig0' is taken by 'slew $run'" \
+            "$dir/other.out" &&
+        [ $status -eq 1 ]
+}
+
+# By its name and by its number: only the chip can tell.
+twice()
+{
+    sed 's/^gpio:/&\n  again: {kind: start, chip: gpiochip0, line: 0}/' \
+        "$dir/plain/rig.yaml" >"$dir/twice.yaml"
+    "$slew" run --real --yes "$dir/twice.yaml" "$dir/plain/move.yaml" \
+        >"$dir/twice.out" 2>&1
+    status=$?
+    say "is the same as line" "$dir/twice.out" && [ $status -eq 2 ]
 }
 
 #---- the switch on the rail
@@ -184,6 +196,7 @@ all() # all CLAIM-SUFFIX
     claim "the limit switch ahead in mid-move$1" limit_ahead
     claim "the limit switch behind: at the turn$1" limit_behind
     claim "lines that another one has are refused$1" taken
+    claim "one line by two names is refused$1" twice
     claim "all lines again$1" triggers
     unserve
     serve "$dir/homing"

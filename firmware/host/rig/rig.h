@@ -46,6 +46,10 @@ enum rig_bus_kind { RIG_CANOPEN, RIG_MODBUS_RTU, RIG_MODBUS_TCP, RIG_CAN };
 struct rig_bus;
 bool rig_bus_is_can(const struct rig_bus *bus);
 #define RIG_NO_BUS UINT32_MAX /* of a virtual axis */
+/* "can0", "/dev/ttyUSB0", "localhost, port 502": what two buses may not both
+ * be, whichever way the file spells it; "" of one without an interface. */
+#define RIG_THING_MAX (MODBUS_LINE_TEXT_MAX + 64)
+void rig_bus_thing(const struct rig_bus *bus, char text[RIG_THING_MAX]);
 
 struct rig_bus {
     enum rig_bus_kind kind;

@@ -80,33 +80,42 @@ static void once_host(char *to, const char *host)
             memcpy(to, "localhost", sizeof "localhost");
 }
 
+void rig_bus_thing(const struct rig_bus *bus, char text[RIG_THING_MAX])
+{
+    const size_t room = MODBUS_LINE_TEXT_MAX;
+
+    switch (bus->kind) {
+    case RIG_MODBUS_TCP:
+        once_host(text, bus->modbus.host);
+        snprintf(text + strlen(text), RIG_THING_MAX - room, ", port %u",
+                 bus->modbus.port);
+        break;
+    case RIG_MODBUS_RTU:
+        once_path(text, bus->modbus.device);
+        break;
+    case RIG_CANOPEN:
+    case RIG_CAN:
+        snprintf(text, RIG_THING_MAX, "%s", bus->interface);
+        break;
+    }
+}
+
 int rig_claim_bus(struct rig_reader *reader, const struct yaml_value *value,
                   const struct rig_bus *bus)
 {
-    char owner[RIG_OWNER_MAX], text[MODBUS_LINE_TEXT_MAX];
+    char owner[RIG_OWNER_MAX], thing[RIG_THING_MAX];
     struct yaml_value at = *value;
 
+    rig_bus_thing(bus, thing);
+    if (thing[0] == '\0')
+        return 0; /* it may have no interface */
     at.name = bus->kind == RIG_MODBUS_TCP   ? "host"
               : bus->kind == RIG_MODBUS_RTU ? "device"
                                             : "interface";
     at.node = yaml_fields_find(value, at.name);
     at.expected = "one bus with all of its axes";
     snprintf(owner, sizeof owner, "bus %s", bus->name);
-    switch (bus->kind) {
-    case RIG_MODBUS_TCP:
-        once_host(text, bus->modbus.host);
-        return rig_claim(reader, &at, owner, "%s, port %u", text,
-                         bus->modbus.port);
-    case RIG_MODBUS_RTU:
-        once_path(text, bus->modbus.device);
-        return rig_claim(reader, &at, owner, "%s", text);
-    case RIG_CANOPEN:
-    case RIG_CAN:
-        break;
-    }
-    return bus->interface[0] == '\0'
-               ? 0
-               : rig_claim(reader, &at, owner, "%s", bus->interface);
+    return rig_claim(reader, &at, owner, "%s", thing);
 }
 
 /* ---- drives ---- */

@@ -31,9 +31,9 @@
 /* See rig_once.c. */
 #define RIG_OWNER_MAX (PLAN_NAME_MAX + 8)
 struct rig_claim {
-    const char *name;                                     /* "node" */
-    char thing[RIG_LINE_NAME_MAX + MODBUS_LINE_TEXT_MAX]; /* "1 on bus can0" */
-    char owner[RIG_OWNER_MAX];                            /* "axis pan" */
+    const char *name;          /* "node" */
+    char thing[RIG_THING_MAX]; /* "1 on bus can0" */
+    char owner[RIG_OWNER_MAX]; /* "axis pan" */
     uint32_t line;
 };
 

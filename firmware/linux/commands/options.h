@@ -39,6 +39,7 @@ struct options {
     bool quaternion, raw;     /* sample */
     bool space, film;         /* plot */
     bool realtime, real, pty; /* run, sim */
+    bool take_over;           /* off */
     bool eds;                 /* sim */
     int64_t fmi;              /* sim; -1 when not given */
     const char *address;      /* sim */

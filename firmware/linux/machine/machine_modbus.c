@@ -105,7 +105,7 @@ int machine_modbus_reach(const struct rig *rig, char message[YAML_MESSAGE_MAX])
     for (uint32_t i = 0; i < rig->bus_count; i++)
         if (rig->bus[i].kind == RIG_MODBUS_TCP &&
             machine_modbus_reach_bus(&rig->bus[i], message) < 0)
-            return MOTION_E_IO;
+            return MOTION_E_TIMEOUT;
     return MOTION_OK;
 }
 

@@ -18,12 +18,12 @@ struct machine_modbus {
     struct modbus_device *device; /* NULL: real ones */
 };
 
+/* Is every TCP server of the rig there now?  What will never do is said before
+ * anything is enabled; waits 2 s at most for each, then MOTION_E_TIMEOUT.  Not
+ * for slew off, which goes on trying. */
+int machine_modbus_reach(const struct rig *rig, char message[YAML_MESSAGE_MAX]);
 /* Fills in ports->modbus of every Modbus bus.  On an error returns its code and
  * writes a sentence; nothing is left open then. */
-/* Is every TCP server of the rig there now?  What will never do is said before
- * anything is enabled; waits 2 s at most for each.  Not for slew off, which
- * goes on trying. */
-int machine_modbus_reach(const struct rig *rig, char message[YAML_MESSAGE_MAX]);
 int machine_modbus_open(struct machine_modbus *modbus, const struct rig *rig,
                         bool simulated, struct machine_ports *ports,
                         char message[YAML_MESSAGE_MAX]);

@@ -12,7 +12,8 @@
 #include "motion/core/err.h"
 
 #define OFF_LEAST_NS INT64_C(100000000) /* the last words get there */
-#define OFF_PAUSE_NS INT64_C(20000000)  /* between tries to open */
+#define OFF_PAUSE_NS INT64_C(20000000)  /* between tries to open, */
+#define OFF_EAGER_NS INT64_C(200000000) /* and after so long as much as this */
 
 enum off_phase { OFF_CLOSED, OFF_TICKING, OFF_OVER };
 
@@ -34,17 +35,28 @@ static void off_part(struct off_bus *bus, const struct rig *rig, unsigned which,
     bus->phase = bus->rig.axis_count > 0 ? OFF_CLOSED : OFF_OVER;
 }
 
-static void off_open(struct off_bus *bus, bool real)
+static void off_open(struct off_bus *bus, const struct off_config *of,
+                     int64_t tried_ns)
 {
+    const struct machine_real_config config = {
+        .lock = { .numeric = true, .takes_over = of->kills }
+    };
     struct machine_ports ports;
-    int err =
-        real ? machine_real_init(&bus->real, &bus->rig, &ports, bus->message)
-             : machine_sim_init(&bus->sim, &bus->rig, false, &ports,
-                                bus->message);
-    if (err < 0)
-        return;
-    if (machine_init(&bus->machine, &bus->rig, &ports, bus->message) < 0) {
-        machine_real_close(&bus->real);
+    bus->message[0] = '\0';
+    int err = of->real ? machine_real_init(&bus->real, &bus->rig, &config,
+                                           &ports, bus->message)
+                       : machine_sim_init(&bus->sim, &bus->rig, false, &ports,
+                                          bus->message);
+    const int64_t most_ns = err == MOTION_E_STATE && of->open_ns < OFF_TAKEN_NS
+                                ? OFF_TAKEN_NS
+                                : of->open_ns;
+    if (err == MOTION_OK) {
+        err = machine_init(&bus->machine, &bus->rig, &ports, bus->message);
+        if (err < 0)
+            machine_real_close(&bus->real);
+    }
+    if (err < 0) {
+        bus->phase = tried_ns >= most_ns ? OFF_OVER : OFF_CLOSED;
         return;
     }
     bus->machine.powered = UINT64_MAX >> (64 - bus->rig.axis_count);
@@ -126,12 +138,9 @@ static void off_run(struct off_bus bus[], unsigned count,
         bool ticks = false;
         busy = false;
         for (unsigned i = 0; i < count; i++) {
-            if (bus[i].phase == OFF_CLOSED) {
-                bus[i].message[0] = '\0';
-                off_open(&bus[i], config->real);
-                if (bus[i].phase == OFF_CLOSED && tried_ns >= config->open_ns)
-                    bus[i].phase = OFF_OVER;
-            }
+            if (bus[i].phase == OFF_CLOSED &&
+                (tried_ns < OFF_EAGER_NS || tried_ns % OFF_EAGER_NS == 0))
+                off_open(&bus[i], config, tried_ns);
             if (bus[i].phase == OFF_TICKING) {
                 off_tick(&bus[i], config->timeout_ns);
                 ticks = true;

@@ -16,13 +16,20 @@
 #include "firmware/linux/machine/machine.h"
 
 struct off_config {
-    bool real;          /* else the rig's drives, simulated */
-    int64_t open_ns;    /* ports that are taken are tried so long */
+    bool real; /* else the rig's drives, simulated */
+    int64_t
+        open_ns; /* ports that cannot be opened are tried so long; those that
+                        another program has for OFF_TAKEN_NS at least */
+    bool kills;  /* that program is killed, or gone on beside, at once */
     int64_t timeout_ns; /* from there */
     /* from a process that may have been killed within a transaction: a stop is
      * said before anything is asked (hal/modbus/line.h) */
     bool takes_over;
 };
+
+/* A loop that hangs has been killed by its guardian by then (guardian.h), and
+ * its ports are free. */
+#define OFF_TAKEN_NS INT64_C(3000000000)
 
 #define OFF_TEXT_MAX YAML_MESSAGE_MAX
 

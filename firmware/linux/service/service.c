@@ -90,19 +90,20 @@ static enum status service_machine(struct service *self)
     const struct service_config *config = self->config;
     struct machine_ports ports;
     char message[YAML_MESSAGE_MAX];
-    if (config->real && (machine_modbus_reach(&self->rig, message) < 0)) {
-        (void)error_file(config->rig_path, message);
-        return STATUS_REFUSED;
-    }
+    const struct machine_real_config real = { .lock.rig_path = config->rig_path,
+                                              .reaches = true };
     int err =
         config->real
-            ? machine_real_init(&self->real, &self->rig, &ports, message)
+            ? machine_real_init(&self->real, &self->rig, &real, &ports, message)
             : machine_sim_init(&self->sim, &self->rig, true, &ports, message);
     if (err == MOTION_OK) {
         ports.guardian = self->guardian.page;
-        err = machine_init(&self->machine, &self->rig, &ports, message);
+        return machine_init(&self->machine, &self->rig, &ports, message) < 0
+                   ? error_file(config->rig_path, message)
+                   : STATUS_OK;
     }
-    return err < 0 ? error_file(config->rig_path, message) : STATUS_OK;
+    const enum status status = error_file(config->rig_path, message);
+    return config->real && machine_real_may_come(err) ? STATUS_REFUSED : status;
 }
 
 static enum status service_planner(struct service *self)

@@ -143,18 +143,19 @@ int bench_name(const char *text, const struct bench_line *line, struct rig *rig,
 /* ---- one bus ---- */
 
 int bench_open(struct bench *bench, const struct rig *rig, unsigned bus,
-               bool is_real, char message[YAML_MESSAGE_MAX])
+               bool is_real, bool any_node, char message[YAML_MESSAGE_MAX])
 {
+    const struct machine_real_config config = { .lock.all_units = any_node,
+                                                .reaches = true };
+
     memset(&bench->ports, 0, sizeof bench->ports);
     rig_part(&bench->rig, rig, bus);
     bench->is_real = is_real;
     bench->has_fd = bench->rig.bus[0].data_bit_rate > 0;
-    int err = is_real ? machine_modbus_reach(&bench->rig, message) : MOTION_OK;
-    if (err == MOTION_OK)
-        err = is_real ? machine_real_init(&bench->real, &bench->rig,
-                                          &bench->ports, message)
-                      : machine_sim_init(&bench->sim, &bench->rig, false,
-                                         &bench->ports, message);
+    const int err = is_real ? machine_real_init(&bench->real, &bench->rig,
+                                                &config, &bench->ports, message)
+                            : machine_sim_init(&bench->sim, &bench->rig, false,
+                                               &bench->ports, message);
     if (err < 0)
         bench_close(bench);
     return err;

@@ -36,9 +36,10 @@ struct bench {
     struct machine_real real;
 };
 
-/* Bus `bus` of the rig.  0, or a code with a sentence; nothing is open then. */
+/* Bus `bus` of the rig, of which any node is asked, or the axes' alone.  0, or a
+ * code with a sentence; nothing is open then. */
 int bench_open(struct bench *bench, const struct rig *rig, unsigned bus,
-               bool is_real, char message[YAML_MESSAGE_MAX]);
+               bool is_real, bool any_node, char message[YAML_MESSAGE_MAX]);
 void bench_close(struct bench *bench);
 /* Simulated drives have just been switched on: let them boot. */
 #define BENCH_BOOT_NS INT64_C(300000000)

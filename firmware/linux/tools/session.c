@@ -172,7 +172,9 @@ int session_open(struct session *session, const struct session_config *config,
         session_take_kind(session, config, is_rig, message) < 0 ||
         session_who(session, config, is_rig, &bus, message) < 0 ||
         bench_open(&session->bench, &session->rig, bus,
-                   config->is_real || !is_rig, message) < 0) {
+                   config->is_real || !is_rig,
+                   !is_rig || rig_axis_index(&session->rig, config->who) < 0,
+                   message) < 0) {
         rig_free(&session->rig);
         return -1;
     }

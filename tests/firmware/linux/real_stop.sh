@@ -161,6 +161,35 @@ jog_guarded()
     is_off "jog, hung"
 }
 
+# refused COMMAND...: as the first one has it, which it does not disturb
+refused()
+{
+    status=0
+    "$SLEW" "$@" >"$dir/second" 2>&1 || status=$?
+    [ "$status" -ne 0 ] || fail "$*: not refused"
+    grep -q "is in use by process $run, \"$SLEW run" "$dir/second" ||
+        fail "$*: $(cat "$dir/second")"
+    kill -0 "$run" || fail "$*: the first one ended"
+}
+
+# Two programs; then slew off, which gets there in the end.
+second()
+{
+    sed 's/^title: .*/title: Another/; s/127\.0\.0\.1/localhost/' "$dir/rig.yaml" \
+        >"$dir/another.yaml"
+    begin "moving" run --real --yes "$dir/rig.yaml" "$dir/move.yaml"
+    refused run --real --yes "$dir/rig.yaml" "$dir/move.yaml"
+    refused run --real --yes "$dir/another.yaml" "$dir/move.yaml"
+    refused jog --real --yes "$dir/another.yaml" lift +1rev
+    refused drive get "$port" 3 di1 --map leadshine-el7 --parity none
+    refused off --real "$dir/another.yaml"
+    ! grep -q "fault" "$dir/err" || fail "a fault"
+    "$SLEW" off --real --take-over "$dir/another.yaml" >"$dir/second" 2>&1 ||
+        fail "taken over: $(cat "$dir/second")"
+    ended 137
+    is_off "taken over"
+}
+
 if [ $# -gt 0 ]; then
     "$@"
     exit
@@ -212,6 +241,7 @@ way by_signal "moving" INT INT INT INT
 way by_signal "enabling" INT
 echo "RTU: stopped"
 guardian
+way second
 way jog_by_signal
 way jog_guarded
 echo "jog: stopped"
@@ -223,4 +253,5 @@ port=127.0.0.1:$tcp
 rig "{kind: modbus-tcp, host: 127.0.0.1, port: $tcp, timeout: 2 s}" \
     >"$dir/rig.yaml"
 guardian
+way second
 echo "TCP: stopped"

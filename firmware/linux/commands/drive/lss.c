@@ -208,7 +208,7 @@ static int lss_open(const struct options *options, struct bench *bench,
         return -1;
     }
     return bench_open(bench, &rig, (unsigned)bus, options->real || !is_rig,
-                      message);
+                      true, message);
 }
 
 static enum status lss_run(const struct options *options, struct bench *bench,

@@ -132,7 +132,7 @@ static enum status cmd_scan_bus(struct cmd_scan *self, const struct rig *rig,
     char message[YAML_MESSAGE_MAX];
     int err;
 
-    if (bench_open(bench, rig, bus, self->is_real, message) < 0) {
+    if (bench_open(bench, rig, bus, self->is_real, true, message) < 0) {
         error_say("%s", message);
         memory_free(bench);
         return STATUS_INPUT;

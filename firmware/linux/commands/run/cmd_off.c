@@ -52,6 +52,7 @@ static enum status cmd_off_rig(const struct rig *rig,
     struct off_axis *axis = memory_new(rig->axis_count, sizeof *axis);
     const struct off_config config = {
         .real = options->real,
+        .kills = options->take_over,
         .timeout_ns =
             options->timeout_ns > 0 ? options->timeout_ns : MACHINE_OFF_NS,
     };
@@ -85,6 +86,8 @@ static const struct option_row cmd_off_option[] = {
     OPTIONS_INTERFACE,
     { "timeout", "TIME", OPTION_TIME, offsetof(struct options, timeout_ns),
       "so long drives that do not answer are tried (5 s)" },
+    { "take-over", NULL, OPTION_FLAG, offsetof(struct options, take_over),
+      "kill who has the ports, or, where that is not allowed, go on beside" },
     OPTIONS_COMMON,
 };
 
@@ -99,9 +102,11 @@ const struct command cmd_off = {
         "cannot\n"
         "be opened.  Status 1 when a drive has not confirmed that it is off:\n"
         "then use the e-stop.\n\n"
-        "A load that the motor holds may fall: that is for the brake.  Where\n"
-        "another slew moves the drives, end that one instead (Ctrl-C): it has\n"
-        "the ports.\n\n"
+        "A load that the motor holds may fall: that is for the brake.\n\n"
+        "Where another program has the ports, it is named, and not disturbed:\n"
+        "end that one (Ctrl-C, kill -INT): it takes torque off itself.  One\n"
+        "whose loop hangs is killed by its guardian, and waited for.  Where\n"
+        "neither helps, --take-over does.\n\n"
         "Drives are simulated unless --real is given.\n",
     .examples = "  slew off --real rig.yaml\n"
                 "  slew off --real --interface can1 --timeout 30s rig.yaml\n"

@@ -44,18 +44,24 @@ enum status live_ports(struct live *live, const struct options *options,
     char message[YAML_MESSAGE_MAX];
     live->is_real = options->real;
     live->on_clock = options->real || options->realtime || options->pty;
-    if (options->real && machine_modbus_reach(live->rig, message) < 0) {
-        (void)error_file(options->path[0], message);
-        return STATUS_REFUSED; /* the file may be right */
-    }
-    int err = options->real
-                  ? machine_real_init(&live->real, live->rig, ports, message)
-                  : machine_sim_init(&live->sim, live->rig, live->on_clock,
-                                     ports, message);
+    char path[PLANNING_PATH_MAX];
+    enum status status = planning_rig_path(options->path[0], path);
+    if (status != STATUS_OK)
+        return status;
+    const struct machine_real_config config = { .lock.rig_path = path,
+                                                .reaches = true };
+    int err = options->real ? machine_real_init(&live->real, live->rig, &config,
+                                                ports, message)
+                            : machine_sim_init(&live->sim, live->rig,
+                                               live->on_clock, ports, message);
     if (err == MOTION_OK && options->pty)
         err = machine_modbus_open(&live->pty, live->rig, true, ports, message);
     ports->guardian = live->guardian.page;
-    return err < 0 ? error_file(options->path[0], message) : STATUS_OK;
+    if (err == MOTION_OK)
+        return STATUS_OK;
+    status = error_file(options->path[0], message);
+    return options->real && machine_real_may_come(err) ? STATUS_REFUSED
+                                                       : status;
 }
 
 enum status live_build(struct live *live, const struct options *options,
