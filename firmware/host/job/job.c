@@ -1,6 +1,7 @@
 /* firmware/host/job/job.c - see job.h. */
 #include "firmware/host/job/job.h"
 
+#include <cjson/cJSON.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -86,11 +87,41 @@ static void job_say_unverified(const char *path, const struct rig *rig,
                          rig->map[rig->axis[i].map].title);
 }
 
+struct job_saying {
+    const char *path;
+    struct messages *messages;
+};
+
+static void job_say_doubt(void *context, struct plan_place place,
+                          const char *text)
+{
+    const struct job_saying *saying = context;
+
+    messages_add(saying->messages, MESSAGE_WARNING, "%s:%u:%u: warning: %s",
+                 saying->path, place.line, place.column, text);
+}
+
 static void job_say_rig(const char *path, const struct rig *rig,
                         struct messages *messages)
 {
+    struct job_saying saying = { path, messages };
+
     job_say_unsupervised(path, rig, messages);
     job_say_unverified(path, rig, messages);
+    rig_plausible(rig, job_say_doubt, &saying);
+}
+
+void job_json_warnings(const struct job *job, struct cJSON *object)
+{
+    cJSON *list = cJSON_AddArrayToObject(object, "warnings");
+    struct messages messages = { .text = NULL };
+    enum message_kind kind;
+    const char *text;
+
+    job_say_rig(job->rig_path, &job->rig, &messages);
+    for (size_t at = 0; (text = messages_next(&messages, &at, &kind)) != NULL;)
+        cJSON_AddItemToArray(list, cJSON_CreateString(text));
+    messages_free(&messages);
 }
 
 enum status job_read_rig(const struct files *files, const char *path,

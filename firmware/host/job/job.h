@@ -135,6 +135,9 @@ void job_check(struct job *job, int64_t rate_q30);
 struct cJSON;
 void job_print_violations(const struct job *job, FILE *file);
 void job_json_violations(const struct job *job, struct cJSON *object);
+/* What was said of the rig when it was read, as the member "warnings": a list
+ * of sentences. */
+void job_json_warnings(const struct job *job, struct cJSON *object);
 /* Of all tracks, as the member "hash", the one that the studio's page shows; not
  * of a compiled move. */
 void job_json_hash(const struct job *job, struct cJSON *object);

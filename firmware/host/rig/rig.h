@@ -365,6 +365,17 @@ int rig_load(const struct files *files, const char *path, struct rig *rig,
 /* All zero afterwards. */
 void rig_free(struct rig *rig);
 
+/* Say what of the rig may be, and is hardly wanted: a sentence each, with its
+ * numbers and what is usual, and where in the file it is about. */
+void rig_plausible(const struct rig *rig,
+                   void (*say)(void *context, struct plan_place place,
+                               const char *text),
+                   void *context);
+/* Refuse an axis that nothing would watch while its real drive moves: -1 with
+ * "path:line:column: ...". */
+int rig_may_move_drives(const struct rig *rig, const char *path,
+                        char message[YAML_MESSAGE_MAX]);
+
 /* One bus and its axes, in their order, as a rig of its own without lines; its
  * maps and quirks are those of the whole one, which must outlive it.  `part` as
  * for rig_load. */

@@ -53,7 +53,8 @@ static int rig_read_stop_acceleration(void *reader,
         return -1;
     if (*(int64_t *)out < self->axis->limit.acc_q32)
         return yaml_value_refuse(value, "is below the axis's own limit");
-    return 0;
+    return rig_judge_stop(value, *(int64_t *)out, self->axis->limit.acc_q32,
+                          false);
 }
 
 static int rig_read_stop_jerk(void *reader, const struct yaml_value *value,
@@ -68,7 +69,8 @@ static int rig_read_stop_jerk(void *reader, const struct yaml_value *value,
                                         "its limits");
     if (*(int64_t *)out < self->axis->limit.jerk_q32)
         return yaml_value_refuse(value, "is below the axis's own limit");
-    return 0;
+    return rig_judge_stop(value, *(int64_t *)out, self->axis->limit.jerk_q32,
+                          true);
 }
 
 static const struct yaml_field rig_stop_fields[] = {

@@ -7,7 +7,7 @@
  *
  *   rig_load.c    the top of the file      rig_drive.c    axis: drive, any kind
  *   rig_bus.c     buses                    rig_monitor.c  drive: monitor
- *   rig_once.c    what may be there once
+ *   rig_once.c    what may be there once   rig_plausible.c
  *   rig_modbus.c  buses of Modbus          rig_limits.c   axis: limits, stop,
  *   rig_axis.c    axes                                    following_error
  *   rig_gpio.c    gpio                     rig_homing.c   axis: homing
@@ -137,6 +137,12 @@ int rig_read_counts(void *reader, const struct yaml_value *value, void *out);
 
 int rig_read_modbus_bus(struct rig_reader *reader,
                         const struct yaml_value *value, struct rig_bus *bus);
+
+/* ---- rig_plausible.c: refuse what cannot be meant ---- */
+
+/* An acceleration or jerk of `stop`, against that of the limits. */
+int rig_judge_stop(const struct yaml_value *value, int64_t stop_q32,
+                   int64_t limit_q32, bool is_jerk);
 
 /* ---- rig_map.c ---- */
 

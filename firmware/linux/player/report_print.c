@@ -374,6 +374,7 @@ static void report_json_move(const struct report *report, cJSON *object)
     char crc[9];
     cJSON_AddStringToObject(object, "end", report_end_text(report->end));
     cJSON_AddStringToObject(object, "title", report->job->move.title);
+    job_json_warnings(report->job, object);
     cJSON_AddNumberToObject(object, "played_s",
                             (double)report->played_ns / 1e9);
     snprintf(crc, sizeof crc, "%08" PRIx32, report->set_points_crc32);

@@ -90,6 +90,11 @@ static enum status service_machine(struct service *self)
     const struct service_config *config = self->config;
     struct machine_ports ports;
     char message[YAML_MESSAGE_MAX];
+    if (config->real &&
+        rig_may_move_drives(&self->rig, config->rig_path, message) < 0) {
+        error_say("%s", message);
+        return STATUS_INPUT;
+    }
     const struct machine_real_config real = { .lock.rig_path = config->rig_path,
                                               .reaches = true };
     int err =

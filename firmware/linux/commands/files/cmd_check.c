@@ -27,6 +27,7 @@ static void cmd_check_json(const struct job *job, bool fits)
                             number_double(job->end_ns_q12, 12) / 1e9);
     job_json_hash(job, report);
     path_report_json(job, report);
+    job_json_warnings(job, report);
     job_json_violations(job, report);
     budget_json(&job->rig, job, report);
     monitored_json(&job->rig, report);

@@ -48,6 +48,10 @@ enum status live_ports(struct live *live, const struct options *options,
     enum status status = planning_rig_path(options->path[0], path);
     if (status != STATUS_OK)
         return status;
+    if (options->real && rig_may_move_drives(live->rig, path, message) < 0) {
+        error_say("%s", message);
+        return STATUS_INPUT;
+    }
     const struct machine_real_config config = { .lock.rig_path = path,
                                                 .reaches = true };
     int err = options->real ? machine_real_init(&live->real, live->rig, &config,

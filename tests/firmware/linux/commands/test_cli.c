@@ -180,6 +180,35 @@ static void a_good_move_passes(void **state)
     cJSON_Delete(report);
 }
 
+/* On standard error, and in the report. */
+static void what_is_hardly_meant_is_a_warning(void **state)
+{
+    static const char said[] =
+        ":5:3: warning: slide has a jerk of 8e+05 mm/s3, which is its whole "
+        "acceleration of 800 mm/s2 within one tick of 1 ms: it limits nothing, "
+        "as less than 8e+05 would";
+    static const char *const commands[] = { "check", "run" };
+    char text[1024], path[256];
+    const char *jerk = strstr(small_rig, "8000 mm/s3}");
+
+    (void)state;
+    snprintf(text, sizeof text, "%.*s800000 mm/s3}\n%s",
+             (int)(jerk - small_rig), small_rig,
+             strstr(small_rig, "    following_error"));
+    run_put("hasty.yaml", text);
+    snprintf(path, sizeof path, "%s", run_path("hasty.yaml"));
+    for (size_t i = 0; i < ARRAY_LEN(commands); i++) {
+        expect(run(commands[i], "--json", path, move), STATUS_OK);
+        assert_non_null(strstr(err, said));
+        cJSON *report = cJSON_Parse(out);
+        const cJSON *list = cJSON_GetObjectItem(report, "warnings");
+        assert_int_equal(cJSON_GetArraySize(list), 1);
+        assert_non_null(strstr(cJSON_GetArrayItem(list, 0)->valuestring, said));
+        cJSON_Delete(report);
+    }
+    assert_int_equal(unlink(path), 0);
+}
+
 static const cJSON *violation(const cJSON *report, const char *what)
 {
     const cJSON *item;
@@ -778,6 +807,7 @@ int main(void)
         RUN(bad_arguments_get_one_line_and_status_2),
         RUN(a_bad_file_is_named_with_its_place),
         RUN(a_good_move_passes),
+        RUN(what_is_hardly_meant_is_a_warning),
         RUN(every_violation_has_axis_time_value_limit),
         RUN(override_scales_the_limits),
         RUN(a_move_over_its_limits_is_not_run),
