@@ -144,6 +144,16 @@ fi
 
 tool "i32 *0 *counts" drive get vcan0 5 6064
 
+echo "our master, python-canopen's LocalNode in NMT Stopped:"
+cansend vcan0 000#0205
+tool "node 5 does not answer" drive get vcan0 5 statusword
+if "$slew" run --real --yes "$dir" >"$dir/run.out" 2>&1; then
+    grep -E "done after" "$dir/run.out"
+else
+    cat "$dir/run.out"
+    fail "slew run, a node in NMT Stopped"
+fi
+
 # This servo has no watchdog: it stops for the guardian alone, and for slew off.
 torque() # torque yes|no: in its statusword
 {
@@ -182,6 +192,16 @@ for word in 06 07 0F; do
 done
 torque yes
 "$slew" off --real "$dir/rig.yaml" || fail "slew off"
+torque no
+echo "slew off, a drive that was left on, whose node is in NMT Stopped:"
+for word in 06 07 0F; do
+    cansend vcan0 "605#2B406000${word}000000"
+    sleep 0.2
+done
+torque yes
+cansend vcan0 000#0205
+tool "node 5 does not answer" drive get vcan0 5 statusword
+"$slew" off --real "$dir/rig.yaml" || fail "slew off, NMT Stopped"
 torque no
 
 exec 3>&-

@@ -4,7 +4,9 @@
     canopen_servo.py INTERFACE NODE EDS [AXES]
 
 Answers SDOs from the dictionary, sends a heartbeat and TPDO1 at SYNC, walks
-through the CiA 402 states, and follows 0x607A.  Ends when its input does.
+through the CiA 402 states, and follows 0x607A.  In NMT Stopped it takes no SDO
+(CiA 301 7.3.2.2), which LocalNode by itself would, and keeps the state of its
+drive.  Ends when its input does.
 """
 import struct
 import sys
@@ -103,12 +105,19 @@ class Servo:
         self.node = canopen.LocalNode(
             number, with_second_axis(eds, number) if axes > 1 else eds)
         self.network.add_node(self.node)
+        server = self.node.sdo
+        self.network.unsubscribe(server.rx_cobid, server.on_request)
+        self.network.subscribe(server.rx_cobid, self.request)
         self.axis = [Axis(self, i) for i in range(axes)]
         self.syncs = 0
         self.node.add_write_callback(self.written)
         self.network.subscribe(0x80, self.sync)
         self.node.nmt.send_command(0)
         self.node.nmt.start_heartbeat(50)
+
+    def request(self, can_id, data, timestamp):
+        if self.node.nmt.state != "STOPPED":
+            self.node.sdo.on_request(can_id, data, timestamp)
 
     def written(self, index, subindex, od, data):
         if index == 0x1017:

@@ -169,6 +169,55 @@ off()
     done
 }
 
+#---- a node in NMT Stopped: neither SDO nor PDO, only heartbeats
+
+nmt() # nmt COMMAND: to $node
+{
+    cansend $bus "000#$1$(printf %02X $node)"
+    sleep 0.1
+}
+
+is_mute()
+{
+    ! asked 6041 || { cat "$dir/answer"; return 1; }
+}
+
+found_stopped()
+{
+    nmt 02
+    is_mute && demo_vcan0
+}
+
+demo_vcan0()
+{
+    "$slew" run --real --yes --interface vcan0 "$rig" >"$dir/demo.out" 2>&1 ||
+        { cat "$dir/demo.out"; return 1; }
+    say "done after" "$dir/demo.out" && at_rest
+}
+
+# A master that is not ours is a fault too; whatever is seen first, no torque is left.
+stopped_in_motion()
+{
+    in_mid_move --interface vcan0 || return 1
+    nmt 02
+    ended 1 && latched || return 1
+    say "another master\|the drive does not answer\|left NMT operational\|TPDO1" \
+        "$dir/run.out" || return 1
+    ! grep "not confirmed off" "$dir/run.out" && at_rest &&
+        reset_drives --interface vcan0 && demo_vcan0
+}
+
+# Torque that somebody else has left on, and a node that hears nothing of it.
+off_stopped()
+{
+    switch_on || return 1
+    nmt 02
+    is_mute || return 1
+    "$slew" off --real --interface vcan0 "$rig" >"$dir/off.out" 2>&1 ||
+        { cat "$dir/off.out"; return 1; }
+    at_rest
+}
+
 on_vcan0()
 {
     claim "ports on vcan0, FD" "$build/tests/conform/test_conform_can" vcan0 vcan0
@@ -177,6 +226,10 @@ on_vcan0()
     serve --interface vcan0 "$rig"
     claim "vcan0: killed in mid-move: the guardian takes torque off" guarded
     claim "vcan0: slew off takes it off drives that others left on" off
+    node=1
+    claim "vcan0: a node in NMT Stopped is found, and moves" found_stopped
+    claim "vcan0: one that is stopped in motion, and again" stopped_in_motion
+    claim "vcan0: slew off takes torque off a node in NMT Stopped" off_stopped
     unserve
 }
 

@@ -176,6 +176,7 @@ struct rig_cia402 {
     int64_t travel_q32; /* in one revolution of its shaft */
     struct drive_cia402_option_code option[DRIVE_CIA402_OPTIONS];
     int64_t guard_period_ns;
+    enum canopen_nmt_command nmt_reset; /* 0: none */
     struct rig_times time;
 };
 

@@ -64,6 +64,7 @@ const struct yaml_words rig_words[] = {
     { "bus.kind", rig_bus_kinds, RIG_BUS_KINDS },
     { "drive.kind", rig_drive_kinds, RIG_DRIVE_KINDS },
     { "drive.mode", rig_cia402_modes, RIG_CIA402_MODES },
+    { "drive.nmt_reset", rig_nmt_resets, RIG_NMT_RESETS },
     { "homing.by", rig_homing_kinds, RIG_HOMING_KINDS },
     { "homing.input", rig_homing_inputs, RIG_HOMING_INPUTS },
     { "homing.direction", rig_homing_ways, RIG_HOMING_WAYS },

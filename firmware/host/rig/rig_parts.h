@@ -196,6 +196,7 @@ RIG_KIND_LIST(RIG_KIND_SHAPE)
 
 #define RIG_BUS_KINDS     4
 #define RIG_CIA402_MODES  3
+#define RIG_NMT_RESETS    3
 #define RIG_HOMING_KINDS  5
 #define RIG_HOMING_INPUTS 3
 #define RIG_HOMING_WAYS   2
@@ -206,6 +207,7 @@ RIG_KIND_LIST(RIG_KIND_SHAPE)
 extern const char *const rig_bus_kinds[RIG_BUS_KINDS];
 extern const char *const rig_drive_kinds[RIG_DRIVE_KINDS];
 extern const char *const rig_cia402_modes[RIG_CIA402_MODES];
+extern const char *const rig_nmt_resets[RIG_NMT_RESETS];
 extern const char *const rig_homing_kinds[RIG_HOMING_KINDS];
 extern const char *const rig_homing_inputs[RIG_HOMING_INPUTS];
 extern const char *const rig_homing_ways[RIG_HOMING_WAYS];

@@ -4,6 +4,7 @@
 #include "hal/support/first.h"
 #include "motion/core/fixed.h"
 
+#define HEARD_NS     INT64_C(500000000) /* by SDO */
 #define LIMIT_ACTIVE 0x0800
 #define FOLLOWS      0x1000
 
@@ -12,6 +13,7 @@ static void drive_cia402_request_reset(struct drive_cia402 *self)
     if (self->phase == DRIVE_CIA402_LOST) {
         self->request = HAL_DRIVE_REQUEST_OFF;
         self->reset_by_nmt = false;
+        drive_cia402_search_begin(self);
         drive_cia402_start_node_anew(self, self->now_ns);
     } else if (self->phase == DRIVE_CIA402_LATCHED) {
         self->reset_by_nmt = false;
@@ -126,15 +128,22 @@ static void drive_cia402_put_own(const struct drive_cia402 *self,
             : 0;
 }
 
-/* By the standard's power states: torque in three of them.  Of a drive whose
- * last word is old, nothing is known. */
+/* What it has said last is not old: by PDO, or when it is lost by SDO. */
+static bool drive_cia402_is_heard(const struct drive_cia402 *self)
+{
+    if (self->phase == DRIVE_CIA402_LOST)
+        return self->status_ns != 0 &&
+               self->now_ns - self->status_ns <= HEARD_NS;
+    return drive_cia402_is_watched(self) && self->is_live &&
+           self->now_ns - self->actual_ns <= 4 * self->config.sync_period_ns;
+}
+
+/* By the standard's power states: torque in three of them. */
 static bool drive_cia402_torque_off(const struct drive_cia402 *self)
 {
     const enum cia402_state power = drive_cia402_power(self);
 
-    return drive_cia402_is_watched(self) && self->is_live &&
-           self->now_ns - self->actual_ns <= 4 * self->config.sync_period_ns &&
-           power != CIA402_OPERATION_ENABLED &&
+    return drive_cia402_is_heard(self) && power != CIA402_OPERATION_ENABLED &&
            power != CIA402_QUICK_STOP_ACTIVE &&
            power != CIA402_FAULT_REACTION && power != CIA402_UNKNOWN;
 }

@@ -180,6 +180,10 @@ struct drive_cia402_config {
         uint8_t sub;
         int32_t milli;
     } temperature;
+    /* What a node that does not answer is told once in a search, after it was to
+     * enter pre-operational: CANOPEN_NMT_RESET_NODE, _RESET_COMMUNICATION; 0:
+     * nothing */
+    enum canopen_nmt_command nmt_reset;
     /* Node guarding instead of heartbeats, for a drive that has none: asked so
      * often, whole ms, at most half of watchdog_ns; 0: heartbeats */
     int64_t guard_period_ns;
@@ -282,6 +286,12 @@ struct drive_cia402 {
     unsigned list_at, list_tries; /* list NULL: none */
     unsigned parameter_at;        /* twice: written, then read back */
     int64_t list_since_ns;        /* of the present step */
+    int64_t list_due_ns;          /* no transfer begins before */
+
+    /* the node is told by NMT, see search.c */
+    unsigned wakes; /* in this search */
+    bool was_reset;
+    int64_t wake_due_ns;
 
     /* modes; see modes.c */
     uint32_t modes; /* bits of 0x6502 */
@@ -320,6 +330,7 @@ struct drive_cia402 {
     uint16_t lost_word;    /* controlword it has acknowledged since it was lost;
                               all bits: none */
     int64_t lost_ns, lost_due_ns;
+    int64_t status_ns; /* when it has said its statusword by SDO since; 0 */
 
     /* on the wire */
     bool pdo_ok;  /* the PDO map is ours */

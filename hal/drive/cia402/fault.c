@@ -41,6 +41,8 @@ void drive_cia402_lose(struct drive_cia402 *self, enum hal_drive_state state)
     self->state = state;
     self->lost_word = UINT16_MAX;
     self->lost_ns = self->lost_due_ns = self->now_ns;
+    self->status_ns = 0;
+    drive_cia402_search_begin(self);
 }
 
 void drive_cia402_say_fault(struct drive_cia402 *self, uint16_t code)

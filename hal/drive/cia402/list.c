@@ -4,8 +4,7 @@
  * answer, and the first row that is refused ends the list with a sentence. */
 #include "hal/drive/cia402/parts.h"
 
-#define STEP_TRIES 3
-#define STATES     5 /* state time-outs for a value to become the wanted */
+#define STATES 5 /* state time-outs for a value to become the wanted */
 
 /* On the wire; the config's parameters are there already. */
 static uint16_t step_index(const struct drive_cia402 *self,
@@ -164,7 +163,8 @@ static int step_refused(struct drive_cia402 *self,
     const uint32_t code = self->node.sdo.abort_code;
     struct hal_text text;
 
-    if (step_turns_cob(self, step))
+    if (step_turns_cob(self, step) ||
+        (step->kind != STEP_MATCH && drive_cia402_search_again(self)))
         return MOTION_E_AGAIN;
     if ((step->need & STEP_IF_THERE) != 0)
         return drive_cia402_missing(self, step->check);
@@ -195,7 +195,8 @@ static int step_silent(struct drive_cia402 *self,
 {
     struct hal_text text;
 
-    if ((step->need & STEP_FOREVER) == 0 && ++self->list_tries < STEP_TRIES)
+    if ((step->need & STEP_FOREVER) == 0 &&
+        ++self->list_tries < DRIVE_CIA402_TRIES)
         return MOTION_E_AGAIN;
     text = drive_cia402_say(self, "node ");
     hal_text_dec(&text, self->config.node_id);
@@ -203,7 +204,14 @@ static int step_silent(struct drive_cia402 *self,
     drive_cia402_put_wait(&text, canopen_sdo_timeout_ns(&self->node));
     hal_text_put(&text, ", object 0x");
     hal_text_hex(&text, step_index(self, step), 4);
-    return (step->need & STEP_FOREVER) != 0 ? MOTION_E_AGAIN : MOTION_E_TIMEOUT;
+    if (self->node.heartbeat_heard) {
+        hal_text_put(&text, ", NMT ");
+        hal_text_hex(&text, (uint32_t)self->node.nmt_state, 2);
+    }
+    if ((step->need & STEP_FOREVER) == 0)
+        return MOTION_E_TIMEOUT;
+    drive_cia402_search_silent(self);
+    return MOTION_E_AGAIN;
 }
 
 static int step_start(struct drive_cia402 *self,
@@ -211,6 +219,8 @@ static int step_start(struct drive_cia402 *self,
 {
     int err;
 
+    if (now_ns < self->list_due_ns)
+        return MOTION_E_AGAIN;
     if (step->value_of == VALUE_LIMIT)
         drive_cia402_forget_limit(self, step->sub - 1u);
     if (step->kind == STEP_WRITE)
@@ -259,8 +269,10 @@ static int step_other(struct drive_cia402 *self,
     if (err == MOTION_OK || err == MOTION_E_REFUSED)
         return err;
     if ((step->need & STEP_FOREVER) != 0 ||
-        now_ns - self->list_since_ns <= self->config.state_timeout_ns)
+        now_ns - self->list_since_ns <= self->config.state_timeout_ns) {
+        drive_cia402_search_repeat(self);
         return MOTION_E_AGAIN;
+    }
     text = drive_cia402_say(
         self, self->pdo_ok && self->node.nmt_state == CANOPEN_NMT_OPERATIONAL
                   ? "operational, but no TPDO1 answers SYNC"
@@ -436,7 +448,7 @@ void drive_cia402_list_begin(struct drive_cia402 *self,
     self->list_at = 0;
     self->parameter_at = 0;
     self->list_tries = 0;
-    self->list_since_ns = now_ns;
+    self->list_since_ns = self->list_due_ns = now_ns;
 }
 
 /* Rows that need no answer are done at once; so at most the whole list. */

@@ -142,6 +142,22 @@ void drive_cia402_list_begin(struct drive_cia402 *self,
                              int64_t now_ns);
 int drive_cia402_list_step(struct drive_cia402 *self, int64_t now_ns);
 
+/* ---- search.c: ways to an answer ---- */
+
+#define DRIVE_CIA402_TRIES 3 /* of a transfer */
+
+void drive_cia402_search_begin(struct drive_cia402 *self);
+/* Every cycle of a search. */
+void drive_cia402_search_step(struct drive_cia402 *self);
+/* It has not answered: in the search, when it is lost. */
+void drive_cia402_search_silent(struct drive_cia402 *self);
+void drive_cia402_search_lost(struct drive_cia402 *self);
+/* It has aborted, and may do otherwise in a moment: the row is to be tried
+ * again. */
+bool drive_cia402_search_again(struct drive_cia402 *self);
+/* The row waits for an NMT state. */
+void drive_cia402_search_repeat(struct drive_cia402 *self);
+
 /* ---- values.c: what stands in the lists ---- */
 
 extern uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self);

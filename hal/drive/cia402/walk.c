@@ -212,8 +212,10 @@ void drive_cia402_reset_begin(struct drive_cia402 *self)
 static void drive_cia402_start_up_step(struct drive_cia402 *self,
                                        int64_t now_ns)
 {
-    const int err = drive_cia402_list_step(self, now_ns);
+    int err;
 
+    drive_cia402_search_step(self);
+    err = drive_cia402_list_step(self, now_ns);
     if (err == MOTION_OK && self->reset_by_nmt)
         drive_cia402_reset_begin(self);
     else if (err == MOTION_OK)
@@ -417,24 +419,45 @@ static void drive_cia402_latched_step(struct drive_cia402 *self, int64_t now_ns)
         drive_cia402_say_fault(self, (uint16_t)code);
 }
 
+static void drive_cia402_lost_answer(struct drive_cia402 *self, int64_t now_ns)
+{
+    uint32_t value = 0;
+    const int err = canopen_sdo_take(&self->node, &value, NULL);
+
+    if (err == MOTION_E_TIMEOUT) {
+        drive_cia402_search_lost(self);
+    } else if (self->node.sdo.write &&
+               (err == MOTION_OK || err == MOTION_E_REFUSED)) {
+        self->lost_word = (uint16_t)self->node.sdo.value;
+    } else if (err == MOTION_OK) {
+        self->statusword = (uint16_t)value;
+        self->status_ns = now_ns;
+    }
+}
+
 /* It waits for a reset.  It may be enabled all the same: where it takes no PDO
  * (pre-operational, its map not ours) it takes SDOs, so it is told until it has
- * answered: quick stop, and off when that must be over. */
+ * answered: quick stop, and off when that must be over.  Then it is asked what
+ * has come of it. */
 static void drive_cia402_lost_step(struct drive_cia402 *self, int64_t now_ns)
 {
     const uint16_t word = drive_cia402_lost_word(self);
-    const int err = canopen_sdo_take(&self->node, NULL, NULL);
+    int err;
 
-    if (err == MOTION_OK || err == MOTION_E_REFUSED)
-        self->lost_word = (uint16_t)self->node.sdo.value;
+    drive_cia402_search_step(self);
+    drive_cia402_lost_answer(self, now_ns);
     if (now_ns - self->lost_ns > self->config.brake_timeout_ns)
         self->request = HAL_DRIVE_REQUEST_OFF;
-    if (word == self->lost_word || now_ns < self->lost_due_ns ||
-        canopen_sdo_write(&self->node, now_ns,
-                          drive_cia402_object(self, 0x6040), 0, 2,
-                          word) != MOTION_OK)
+    if (now_ns < self->lost_due_ns)
         return;
-    self->lost_due_ns = now_ns + LOST_AGAIN_NS;
+    err =
+        word == self->lost_word
+            ? canopen_sdo_read(&self->node, now_ns,
+                               drive_cia402_object(self, 0x6041), 0)
+            : canopen_sdo_write(&self->node, now_ns,
+                                drive_cia402_object(self, 0x6040), 0, 2, word);
+    if (err == MOTION_OK)
+        self->lost_due_ns = now_ns + LOST_AGAIN_NS;
 }
 
 void drive_cia402_walk(struct drive_cia402 *self, int64_t now_ns)

@@ -94,6 +94,24 @@ int rig_read_cia402_guarding(void *reader, const struct yaml_value *value,
                          out);
 }
 
+const char *const rig_nmt_resets[RIG_NMT_RESETS] = { "none", "communication",
+                                                     "node" };
+
+int rig_read_cia402_nmt_reset(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    static const enum canopen_nmt_command commands[RIG_NMT_RESETS] = {
+        0, CANOPEN_NMT_RESET_COMMUNICATION, CANOPEN_NMT_RESET_NODE
+    };
+    unsigned index;
+
+    (void)reader;
+    if (yaml_value_choice(value, rig_nmt_resets, RIG_NMT_RESETS, &index) < 0)
+        return -1;
+    *(enum canopen_nmt_command *)out = commands[index];
+    return 0;
+}
+
 /* ---- times --------------------------------------------------------------- */
 
 int rig_read_answer_time(void *reader, const struct yaml_value *value,

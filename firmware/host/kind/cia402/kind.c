@@ -54,6 +54,8 @@ static const struct yaml_field rig_cia402_fields[] = {
       "a time of whole ms, at most half of the watchdog",
       rig_read_cia402_guarding,
       offsetof(struct rig_axis, cia402.guard_period_ns) },
+    { "nmt_reset", YAML_OPTIONAL, "none, communication or node",
+      rig_read_cia402_nmt_reset, offsetof(struct rig_axis, cia402.nmt_reset) },
     { "times", YAML_OPTIONAL,
       "a map with sdo, state, boot, brake and precharge", rig_read_times,
       offsetof(struct rig_axis, cia402.time) },

@@ -135,6 +135,8 @@ static const char *node_differs(const struct rig_axis *axis,
 
     if (a->guard_period_ns != b->guard_period_ns)
         return "guarding";
+    if (a->nmt_reset != b->nmt_reset)
+        return "nmt_reset";
     if (a->time.sdo_ns != b->time.sdo_ns)
         return "times: sdo";
     if (a->time.boot_ns != b->time.boot_ns)

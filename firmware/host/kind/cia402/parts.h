@@ -39,6 +39,8 @@ int rig_read_cia402_revolution(void *reader, const struct yaml_value *value,
                                void *out);
 int rig_read_cia402_guarding(void *reader, const struct yaml_value *value,
                              void *out);
+int rig_read_cia402_nmt_reset(void *reader, const struct yaml_value *value,
+                              void *out);
 int rig_read_times(void *reader, const struct yaml_value *value, void *out);
 int rig_read_answer_time(void *reader, const struct yaml_value *value,
                          void *out);

@@ -64,6 +64,7 @@ static void cia402_put_own(struct drive_cia402_config *config,
     config->acc_den = cia402->acceleration.den;
     config->travel_q32 = cia402->travel_q32;
     config->guard_period_ns = cia402->guard_period_ns;
+    config->nmt_reset = cia402->nmt_reset;
     config->sdo_timeout_ns = cia402->time.sdo_ns;
     config->state_timeout_ns = cia402->time.state_ns;
     config->brake_timeout_ns = cia402->time.brake_ns;

@@ -740,6 +740,8 @@ static const struct {
     { "rig_cia402_times_boot.yaml", 17, 21, "boot '121 s' is out of range" },
     { "rig_cia402_unsupervised.yaml", 17, 21, "unknown unsupervised 'maybe'" },
     { "rig_cia402_mode.yaml", 17, 13, "unknown mode 'pp'" },
+    { "rig_cia402_nmt_reset.yaml", 17, 18,
+      "unknown nmt_reset 'start', expected none, communication or node" },
     { "rig_cia402_no_bandwidth.yaml", 13, 7,
       "drive has mode: csv but no bandwidth, expected both, such as "
       "bandwidth: 5 Hz" },

@@ -234,6 +234,7 @@ static void what_a_rig_may_not_say_of_axes(void **state)
           "drive differs in guarding from axis pan on line 4, which is "
           "of the same node: expected the same" },
         { ", times: {sdo: 1 s}", "node: 5, axis: 2", "differs in times: sdo" },
+        { ", nmt_reset: node", "node: 5, axis: 2", "differs in nmt_reset" },
         { ", times: {boot: 9 s}", "node: 5, axis: 2",
           "differs in times: boot" },
         { ", times: {brake: 9 s}", "node: 5, axis: 2", NULL },

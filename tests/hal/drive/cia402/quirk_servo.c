@@ -305,8 +305,14 @@ static uint32_t quirk_u32(const uint8_t *at, unsigned size)
     return value;
 }
 
-static uint32_t quirk_refuses(const struct quirk_kind *kind, uint32_t key)
+static uint32_t quirk_refuses(struct quirk_servo *servo, uint32_t key)
 {
+    const struct quirk_kind *kind = servo->kind;
+
+    if (kind->passing.key == key && servo->passed < kind->passing.times) {
+        servo->passed++;
+        return kind->passing.abort;
+    }
     for (unsigned i = 0; i < ARRAY_LEN(kind->refuses); i++)
         if (kind->refuses[i].key == key)
             return kind->refuses[i].abort;
@@ -338,7 +344,7 @@ static void quirk_sdo(struct quirk_servo *servo,
     const bool is_own = quirk_is_own(servo, key, &key);
     const struct quirk_object *object = quirk_servo_object(servo, key);
     struct hal_can_frame to = { .id = 0x580u + servo->id, .len = 8 };
-    uint32_t value = 0, abort = quirk_refuses(servo->kind, key);
+    uint32_t value = 0, abort = 0;
 
     if (!is_own) {
         quirk_overhear(servo, key, frame);
@@ -347,6 +353,7 @@ static void quirk_sdo(struct quirk_servo *servo,
     if (frame->len != 8 || command == 0x80 ||
         quirk_is_mute(servo, command, key))
         return;
+    abort = quirk_refuses(servo, key);
     memcpy(to.data, frame->data, 4);
     quirk_put(servo, QUIRK_KEY(0x6041, 0), quirk_status(servo));
     if (abort != 0) {
@@ -502,6 +509,11 @@ static void quirk_restart(struct quirk_servo *servo, bool power)
 static void quirk_nmt(struct quirk_servo *servo, const uint8_t *data)
 {
     if (data[1] != 0 && data[1] != servo->id)
+        return;
+    if (servo->nmt == 4 && servo->kind->wakes_by != 0 &&
+        data[0] != servo->kind->wakes_by)
+        return;
+    if (data[0] == 1 && servo->starts++ < servo->kind->starts_ignored)
         return;
     if (data[0] == 1) {
         servo->nmt = 5;

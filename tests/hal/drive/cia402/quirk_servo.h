@@ -48,6 +48,15 @@ struct quirk_kind {
     struct {
         uint32_t key, abort; /* neither read nor written */
     } refuses[4];
+    struct {
+        uint32_t key, abort;
+        unsigned times; /* so often, then no more */
+    } passing;
+    /* NMT: so many starts are ignored; in Stopped it hears this command alone,
+     * 0: any; it stops itself when its master is lost (0x1029:1 = 2) */
+    unsigned starts_ignored;
+    uint8_t wakes_by;
+    bool stops_alone;
     /* A device of so many axes (CiA 301 7.5.2.1), of which this is one, from 0:
      * objects 0x800 further each, PDOs from number 64 n + 1 on, without a
      * COB-ID of their own.  The first has what is the node's.  0: a device of
@@ -111,6 +120,7 @@ struct quirk_servo {
 
     /* CiA 301 */
     uint8_t nmt, toggle; /* nmt 0: boots */
+    unsigned starts, passed;
     int64_t beat_ns, heard_ns, guarded_ns, sent_ns;
     struct {
         struct hal_can_frame frame;

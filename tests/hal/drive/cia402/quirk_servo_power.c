@@ -78,6 +78,8 @@ void quirk_lose_connection(struct quirk_servo *servo)
         return;
     }
     quirk_emergency(servo, 0x8130);
+    if (servo->kind->stops_alone)
+        servo->nmt = 4;
     if (action == 2)
         quirk_enter(servo, QUIRK_DISABLED);
     else if (action == 3 && servo->state == QUIRK_OPERATION)
