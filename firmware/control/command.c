@@ -7,7 +7,8 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-/* At most this far from where its track starts may an axis stand: 2^-20. */
+/* At most this far from where its track starts may an axis stand whose drive goes
+ * there by itself: 2^-20.  What is sent set points would jump by that. */
 #define START_WINDOW_Q32 ((int64_t)1 << 12)
 
 bool controller_ask(struct controller *controller)
@@ -118,10 +119,15 @@ static int64_t controller_axis_rate_most(const struct controller_axis *axis,
                                    limit->jerk_q32, 3));
 }
 
-static bool controller_is_there(const struct controller_axis *axis,
+static bool controller_is_there(const struct controller *controller,
+                                unsigned index,
                                 const struct motion_track *track,
                                 int64_t at_ns_q12)
 {
+    const struct controller_axis *axis = &controller->axis[index];
+    const int64_t window_q32 = controller->config.axis[index].by_goals
+                                   ? START_WINDOW_Q32
+                                   : MOTION_TRACK_POS_ROUNDING;
     struct motion_sample start;
     struct motion_cursor cursor = { 0 };
     int64_t apart;
@@ -129,7 +135,7 @@ static bool controller_is_there(const struct controller_axis *axis,
     return axis->sent_count > 0 &&
            motion_fixed_sub(start.pos_q32, axis->sent_q32[0], &apart) ==
                MOTION_OK &&
-           motion_fixed_abs(apart) <= START_WINDOW_Q32;
+           motion_fixed_abs(apart) <= (uint64_t)window_q32;
 }
 
 /* Rounding leaves an end of a ramp at less than 2^-20 unit/s. */
@@ -272,8 +278,8 @@ static int controller_may_start(const struct controller *controller,
         if (track[*axis] && !own[*axis].homed)
             return MOTION_E_UNHOMED;
     for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
-        if (track[*axis] &&
-            !controller_is_there(&own[*axis], track[*axis], at_ns_q12))
+        if (track[*axis] && !controller_is_there(controller, (unsigned)*axis,
+                                                 track[*axis], at_ns_q12))
             return MOTION_E_AWAY;
     *axis = -1;
     return MOTION_OK;

@@ -169,7 +169,7 @@ struct controller_config {
     unsigned axis_count;         /* 1 .. CONTROLLER_AXES_MAX */
     const struct controller_axis_config *axis; /* of each; stays the caller's */
     /* What the search for a change of rate may take in a tick, in 100 instructions
-     * of a Cortex-M4; 0: 104 less 10 per axis, or 7 per axis where that is more. */
+     * of a Cortex-M4; 0: 103 less 10 per axis, or 7 per axis where that is more. */
     int effort;
 };
 
@@ -220,9 +220,10 @@ struct controller_axis {
     int64_t highest_q32, lowest_q32;
     int64_t sent_q32[CONTROLLER_HISTORY]; /* set points, newest first */
     int64_t sent_ns[CONTROLLER_HISTORY];
-    /* limits of the gate per tick, from config */
+    /* limits of the gate per tick, from config, and what rounding may add */
     int64_t gate_vel_q32, gate_acc_q32;
-    int64_t limit_acc_q32; /* without the stop limit */
+    int32_t rounding_q32;
+    uint32_t sent_far; /* 4 bits of each set point, newest first: see gate.c */
     struct controller_share share;
 };
 

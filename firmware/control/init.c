@@ -10,7 +10,7 @@
 #define ENABLE_TIMEOUT_NS INT64_C(5000000000)
 /* A tick of six axes takes 12,000 instructions, of which the search has what is left
  * beside their set points; with more axes as much for each. */
-#define EFFORT          104
+#define EFFORT          103
 #define EFFORT_AXIS     10
 #define EFFORT_MORE     7
 #define STOP_TIMEOUT_NS INT64_C(5000000000)

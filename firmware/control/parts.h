@@ -75,13 +75,10 @@ void controller_path_state(const struct controller *controller,
                            struct motion_state *state);
 
 /* gate.c: may this set point go to the drive now?  When not, the
- * value that was too large and what was allowed.  Steps: would the gate let two
- * steps pass that follow each other, `before` and then `step`? */
+ * value that was too large and what was allowed. */
 void controller_gate_init(struct controller *controller, unsigned index);
-bool controller_gate_pass(const struct controller *controller, unsigned index,
+bool controller_gate_pass(struct controller *controller, unsigned index,
                           int64_t pos_q32, int64_t *value, int64_t *limit);
-bool controller_gate_steps(const struct controller_axis *axis, int64_t acc_q32,
-                           int64_t step, int64_t before);
 /* May the axis be anywhere from low to high?  Its range, or, from outside of
  * it, no further out than marked.  Mark: a motion of it begins there. */
 bool controller_gate_range(const struct controller *controller, unsigned index,

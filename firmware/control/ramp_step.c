@@ -37,6 +37,20 @@ static int64_t step_div(int64_t a, int32_t n)
     return a < 0 ? -share : share;
 }
 
+/* a / n, n >= 1, to the last bit; a >= 0. */
+static int64_t step_share(int64_t a, int32_t n)
+{
+    int64_t share = 0;
+    while (a >= n) { /* ten bits of it a time, or all that is left */
+        const int shift = ramp_above(a, 31);
+        const int64_t part = (int64_t)((uint32_t)(a >> shift) / (uint32_t)n)
+                             << shift;
+        share += part;
+        a -= part * n;
+    }
+    return share;
+}
+
 /* 15/16 of it by a factor of at least 1/16: of what would just fit, as the place that
  * comes next mostly leaves less, and to judge anew takes a tick. */
 static inline int64_t step_fit(int64_t value, int32_t factor_q10)
@@ -114,7 +128,8 @@ static void step_lay(struct controller_step *step, int64_t a, int32_t wait,
     step->stage = STEP_SPAN;
 }
 
-/* Ends in the target: w ticks to a peak p, and n back, p (w + n) = 2 D - a0 w. */
+/* Ends in the target: w ticks to a peak p, and n back, p (w + n) = 2 D - a0 w.  To the
+ * last bit: what p lacks would be a step of the rate at its end, times (w + n) / 2. */
 static void step_finish(struct controller_step *step, int64_t a, int32_t wait)
 {
     const int64_t area = 2 * ramp_size(step_distance(step)) - a * wait;
@@ -129,7 +144,7 @@ static void step_finish(struct controller_step *step, int64_t a, int32_t wait)
                        (uint32_t)ramp_ratio(area >> 8, step->back_q56));
     const int32_t n = (root - wait) / 2 + 1;
     step->is_finish = true;
-    step_lay(step, a, wait, step_div(area, wait + n), n);
+    step_lay(step, a, wait, step_share(area, wait + n), n);
 }
 
 /* r'' to the target for some ticks, and back. */

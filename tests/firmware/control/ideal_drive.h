@@ -16,15 +16,18 @@ struct ideal_drive {
     struct hal_drive drive;
     struct hal_drive_target given;
     bool enabled, faulty;
+    unsigned quick_stops; /* asked for */
 };
 
 static int64_t now_ns;
+static int64_t ideal_period_ns = MS;
 
 static inline void ideal_drive_request(struct hal_drive *drive,
                                        enum hal_drive_request request)
 {
-    ((struct ideal_drive *)drive)->enabled =
-        request == HAL_DRIVE_REQUEST_ENABLE;
+    struct ideal_drive *self = (struct ideal_drive *)drive;
+    self->enabled = request == HAL_DRIVE_REQUEST_ENABLE;
+    self->quick_stops += request == HAL_DRIVE_REQUEST_QUICK_STOP;
 }
 
 static inline int ideal_drive_set_target(struct hal_drive *drive,
@@ -43,8 +46,8 @@ static inline void ideal_drive_feedback(struct hal_drive *drive,
                  : self->enabled ? HAL_DRIVE_ENABLED
                                  : HAL_DRIVE_OFF,
         .pos_q32 = self->given.pos_q32,
-        .t_ns = now_ns - MS,
-        .demand_age_ns = MS,
+        .t_ns = now_ns - ideal_period_ns,
+        .demand_age_ns = ideal_period_ns,
         .following = true,
     };
 }
