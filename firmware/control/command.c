@@ -3,6 +3,7 @@
  * Not on the tick: a command may divide and look at whole tracks. */
 #include <stddef.h>
 
+#include "firmware/control/jog.h"
 #include "firmware/control/parts.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -400,7 +401,7 @@ int controller_hold(struct controller *controller)
     if (controller->state != CONTROLLER_MOVING)
         return MOTION_E_STATE;
     if (controller->jog != NULL && controller_any_coupled(controller)) {
-        controller_jog_brake(controller, false); /* a ramp is of one axis */
+        controller->jog->brake(controller, false); /* a ramp is of one axis */
         return MOTION_OK;
     }
     controller->is_held = true;
@@ -481,7 +482,7 @@ int controller_reverse(struct controller *controller, bool is_reversed)
 void controller_halt(struct controller *controller)
 {
     if (controller->jog != NULL)
-        controller_jog_brake(controller, true);
+        controller->jog->brake(controller, true);
     else if (controller->state == CONTROLLER_MOVING ||
              controller->state == CONTROLLER_HOLDING ||
              (controller_slows(controller) &&

@@ -153,9 +153,13 @@ bool controller_freeze(struct controller *controller)
     return true;
 }
 
-/* Along the path within the stop limits, at once. */
+/* Along the path within the stop limits, at once.  A jog that brakes by these
+ * already goes on; any other slows down until a brake has been planned, before the
+ * next tick (jog.h). */
 static void controller_stop_along(struct controller *controller)
 {
+    if (controller->is_brake)
+        return;
     controller->wanted_q30 = 0;
     controller->rest_by_ns =
         controller->clock_ns + controller_step_bound_ns(controller, true);

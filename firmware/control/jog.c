@@ -20,16 +20,22 @@ static struct motion_otg_limit jog_limit(const struct motion_clock_limit *limit,
     };
 }
 
-/* The set point that was sent last. */
+/* Where the axis was sent last, as exactly as is known of what is played. */
 static struct motion_state jog_start(const struct controller *controller,
                                      unsigned axis)
 {
+    const struct motion_track *track = controller->axis[axis].track;
     const struct hal_drive_target *target = &controller->axis[axis].target;
-    return (struct motion_state){
-        .pos_q32 = target->pos_q32,
-        .vel_q32 = target->vel_q32,
-        .acc_q32 = target->acc_q32,
-    };
+    struct motion_state state = { .pos_q32 = target->pos_q32,
+                                  .vel_q32 = target->vel_q32,
+                                  .acc_q32 = target->acc_q32 };
+    if (track != NULL) {
+        struct motion_state path;
+        motion_track_state(track, controller->rate.s_ns_q12, &path);
+        motion_clock_warp_chain(&controller->rate, &path, &state);
+        state.pos_q32 = target->pos_q32;
+    }
+    return state;
 }
 
 /* Set points are the jog's own plan at the path's time; else the clock is on a
@@ -64,6 +70,8 @@ static void jog_give_goal(struct controller *controller,
     controller_goal_set(axis, own, track->count > 0 || is_on ? 1 : 0);
 }
 
+static void jog_stop(struct controller *controller, bool hard);
+
 /* The spare trajectory becomes the one that is played, from path time 0. */
 static int jog_play(struct controller *controller, struct controller_jog *jog,
                     unsigned index)
@@ -79,6 +87,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
         return MOTION_E_LIMIT;
     if (controller->state == CONTROLLER_READY)
         controller_goal_forget(controller); /* of a move that did not begin */
+    jog->brake = jog_stop;
     jog->which = next;
     jog->axis = index;
     controller_axis_play(axis, track);
@@ -215,13 +224,14 @@ static void jog_brake_hard(struct controller *controller)
         2 * controller->config.period_ns;
 }
 
-void controller_jog_brake(struct controller *controller, bool hard)
+/* See controller_jog_stop; after a fault the same, unless the drives brake. */
+static void jog_stop(struct controller *controller, bool hard)
 {
     const bool is_stopping = controller->state == CONTROLLER_STOPPING;
     controller->jog->until_ns = 0;
-    if (controller->reaction != CONTROLLER_REACT_NONE || controller->is_brake ||
-        (is_stopping && !hard))
+    if (controller->reaction >= CONTROLLER_REACT_QUICK || controller->is_brake)
         return;
+    hard = hard || is_stopping;
     int err = jog_brake(controller, hard);
     if (err < 0 && !hard)
         err = jog_brake(controller, hard = true);
@@ -236,7 +246,7 @@ void controller_jog_stop(struct controller *controller,
 {
     controller->stops++;
     if (controller->jog == jog && jog != NULL)
-        controller_jog_brake(controller, hard);
+        jog_stop(controller, hard);
     else
         controller_halt(controller);
 }
@@ -250,5 +260,5 @@ void controller_jog_step(struct controller *controller,
         jog->until_ns = 0;
     if (controller->jog == jog &&
         (is_over || controller->state == CONTROLLER_STOPPING))
-        controller_jog_brake(controller, !is_over);
+        jog_stop(controller, !is_over);
 }

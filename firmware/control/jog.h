@@ -9,6 +9,12 @@
  * own.  A new goal takes the place of the old one at the next tick, from full
  * motion, without a step in acceleration where the axis has a limit of jerk.
  *
+ * A stop, and a fault that stops the group, brakes it by a plan of its own within the
+ * stop limits, the shortest there is.  That is made between ticks, so after a fault one
+ * tick goes by in which its clock slows down; where such a plan would leave the range
+ * the clock goes on with that.  A fault while such a brake is played changes nothing of
+ * it: torque is taken at its end.
+ *
  * An axis whose drive goes by its own profile gets the goal; to stop it is
  * halted, and a drive that cannot be halted runs on to its goal.
  *
@@ -23,6 +29,8 @@
 
 /* The caller's, as long as the controller may play it. */
 struct controller_jog {
+    /* As controller_jog_stop: what never jogs (a board) is not linked to its plans. */
+    void (*brake)(struct controller *controller, bool hard);
     struct motion_segment storage[2][MOTION_OTG_PHASES];
     struct motion_track track[2];
     struct motion_otg_trajectory trajectory[2]; /* of which they are made */

@@ -141,14 +141,13 @@ int controller_to_drive(struct controller_axis *axis,
 int controller_go_to_drive(struct controller_axis *axis,
                            const struct hal_drive_go *go);
 
-/* As controller_stop, controller_jog and controller_jog_stop, but for homing's
- * and the dead-man time's own use: they are not the operator's. */
+/* As controller_stop and controller_jog, but for homing's own use: they are not the
+ * operator's. */
 void controller_halt(struct controller *controller);
 struct controller_jog_goal;
 int controller_jog_run(struct controller *controller,
                        struct controller_jog *jog,
                        const struct controller_jog_goal *goal);
-void controller_jog_brake(struct controller *controller, bool hard);
 
 /* goal.c.  Step: after a tick's set points, sends what is due and
  * watches what is on its way.  Set: what comes next, also while the drive is
