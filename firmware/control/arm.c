@@ -271,7 +271,7 @@ int playback_resume(struct playback *playback)
 }
 
 int playback_couple(struct playback *playback, unsigned axis,
-                    const struct controller_cam *cam)
+                    struct controller_cam *cam)
 {
     const unsigned count = playback->controller->config.axis_count;
 

@@ -105,19 +105,22 @@ static int64_t controller_least(int64_t a, int64_t b)
     return a < b ? a : b;
 }
 
-static int64_t controller_axis_rate_most(const struct controller_axis *axis,
-                                         const struct motion_clock_limit *limit)
+static int64_t controller_axis_rate_most(const struct controller *controller,
+                                         unsigned index)
 {
+    const struct controller_axis *axis = &controller->axis[index];
+    const struct motion_clock_limit limit =
+        controller_limit(controller, index, false);
     const int64_t vel =
-        controller_rate_most(axis->vel_peak_q32, limit->vel_q32, 1);
+        controller_rate_most(axis->vel_peak_q32, limit.vel_q32, 1);
     const int64_t acc = controller_rate_most(
-        controller_peak(axis->track, MOTION_ACC), limit->acc_q32, 2);
+        controller_peak(axis->track, MOTION_ACC), limit.acc_q32, 2);
     const int64_t most = controller_least(vel, acc);
-    if (limit->jerk_q32 == 0)
+    if (limit.jerk_q32 == 0)
         return most;
     return controller_least(
         most, controller_rate_most(controller_peak(axis->track, MOTION_JERK),
-                                   limit->jerk_q32, 3));
+                                   limit.jerk_q32, 3));
 }
 
 static bool controller_is_there(const struct controller *controller,
@@ -239,27 +242,38 @@ void controller_axis_play(struct controller_axis *axis,
     axis->vel_peak_q32 = controller_peak(track, MOTION_VEL);
 }
 
+/* Is a rate within the limits of the move?  A master may be at its own but for what
+ * the slopes of its followers are rounded up by, and is played that much slower. */
+static bool controller_may_have(const struct controller *controller,
+                                int64_t rate_q30)
+{
+    const int64_t over_q30 = rate_q30 - controller->override_max_q30;
+    return over_q30 <= (controller->couplings != NULL
+                            ? MOTION_CLOCK_WARP_ONE_Q30 >> 28
+                            : 0);
+}
+
 /* True when every track is inside its axis's limits at 100 %. */
 static bool controller_load(struct controller *controller,
                             const struct motion_track *const track[])
 {
     controller->move_end_ns_q12 = 0;
     controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        controller_axis_play(&controller->axis[i], track[i]);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        struct controller_axis *axis = &controller->axis[i];
-        controller_axis_play(axis, track[i]);
         if (!track[i])
             continue;
         if (track[i]->end_ns_q12 > controller->move_end_ns_q12)
             controller->move_end_ns_q12 = track[i]->end_ns_q12;
-        controller->override_max_q30 = controller_least(
-            controller->override_max_q30,
-            controller_axis_rate_most(axis, &controller->config.axis[i].limit));
+        controller->override_max_q30 =
+            controller_least(controller->override_max_q30,
+                             controller_axis_rate_most(controller, i));
         if (!controller_admit(controller, i, track[i]))
             controller->override_max_q30 = 0;
     }
     controller_set_reserve(controller);
-    if (controller->override_max_q30 < MOTION_CLOCK_WARP_ONE_Q30)
+    if (!controller_may_have(controller, MOTION_CLOCK_WARP_ONE_Q30))
         return false;
     controller_step_load(controller);
     return true;
@@ -279,8 +293,9 @@ static int controller_may_start(const struct controller *controller,
         if (track[*axis] && !own[*axis].homed)
             return MOTION_E_UNHOMED;
     for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
-        if (track[*axis] && !controller_is_there(controller, (unsigned)*axis,
-                                                 track[*axis], at_ns_q12))
+        if (track[*axis] && own[*axis].cam == NULL &&
+            !controller_is_there(controller, (unsigned)*axis, track[*axis],
+                                 at_ns_q12))
             return MOTION_E_AWAY;
     *axis = -1;
     return MOTION_OK;
@@ -292,10 +307,12 @@ static int controller_begin(struct controller *controller,
                             int64_t at_ns_q12, int *axis)
 {
     int which;
-    if (controller->state != CONTROLLER_READY || controller->homing ||
-        !controller_coupled_agree(controller, track))
+    if (controller->state != CONTROLLER_READY || controller->homing)
         return MOTION_E_STATE;
     int err = controller_may_start(controller, track, at_ns_q12, &which);
+    if (err == MOTION_OK && controller->couplings != NULL)
+        err =
+            controller->couplings->admit(controller, track, at_ns_q12, &which);
     if (err == MOTION_OK && !controller_load(controller, track)) {
         controller_rest(controller);
         err = MOTION_E_LIMIT;
@@ -400,10 +417,6 @@ int controller_hold(struct controller *controller)
 {
     if (controller->state != CONTROLLER_MOVING)
         return MOTION_E_STATE;
-    if (controller->jog != NULL && controller_any_coupled(controller)) {
-        controller->jog->brake(controller, false); /* a ramp is of one axis */
-        return MOTION_OK;
-    }
     controller->is_held = true;
     controller_slow_down(controller, CONTROLLER_HOLDING);
     return MOTION_OK;
@@ -503,12 +516,12 @@ int controller_override(struct controller *controller, int64_t rate_q30)
     if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
         return MOTION_E_ARG;
     if (controller_in_motion(controller) && controller->jog == NULL &&
-        rate_q30 > controller->override_max_q30)
+        !controller_may_have(controller, rate_q30))
         return MOTION_E_LIMIT;
     controller->override_q30 = rate_q30;
     controller_set_reserve(controller);
     if (controller->state == CONTROLLER_MOVING && controller->jog == NULL)
-        controller->wanted_q30 = rate_q30;
+        controller->wanted_q30 = controller_rate(controller);
     return MOTION_OK;
 }
 

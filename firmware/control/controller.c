@@ -172,10 +172,7 @@ static void controller_stop_along(struct controller *controller)
 __attribute__((cold)) static void
 controller_react(struct controller *controller)
 {
-    /* coupled, a jog moves axes that have no track */
-    const bool by_profile =
-        controller_any_by_profile(controller) ||
-        (controller->jog != NULL && controller_any_coupled(controller));
+    const bool by_profile = controller_any_by_profile(controller);
     if (controller->reaction == CONTROLLER_REACT_OFF ||
         controller->state == CONTROLLER_FAULT || /* held */
         !(controller_in_motion(controller) || by_profile)) {
@@ -312,8 +309,8 @@ static int32_t controller_torque(int64_t torque_q32, int64_t acc_q32)
                                              : (int32_t)permille;
 }
 
-static void controller_tell(struct controller *controller, unsigned i,
-                            const struct motion_sample *sample)
+void controller_tell(struct controller *controller, unsigned i,
+                     const struct motion_sample *sample)
 {
     struct hal_drive_target *target = &controller->axis[i].target;
     target->pos_q32 = sample->pos_q32;
@@ -338,22 +335,8 @@ static void controller_sample(struct controller *controller)
         motion_clock_warp_sample(&controller->rate, r2_q30, &track, &warped);
         controller_tell(controller, i, &warped);
     }
-}
-
-/* After their masters, where they have no track of their own. */
-static void controller_sample_coupled(struct controller *controller)
-{
-    for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        struct controller_axis *axis = &controller->axis[i];
-        struct motion_sample sample;
-        if (axis->cam == NULL || axis->track != NULL ||
-            controller->axis[axis->cam->master].track == NULL)
-            continue;
-        controller_coupled_at(axis->cam,
-                              &controller->axis[axis->cam->master].target,
-                              &axis->cursor, &sample);
-        controller_tell(controller, i, &sample);
-    }
+    if (controller->couplings != NULL)
+        controller->couplings->ops->follow(controller);
 }
 
 /* -- one step per state ------------------------------------------------- */
@@ -453,7 +436,6 @@ static void controller_step_moving(struct controller *controller)
 {
     controller_clock(controller);
     controller_sample(controller);
-    controller_sample_coupled(controller);
     controller_send_all(controller);
     if (!controller_at_end(controller) ||
         !controller_goals_reached(controller) ||
@@ -496,7 +478,6 @@ static void controller_step_stopping(struct controller *controller)
     }
     controller_clock(controller);
     controller_sample(controller);
-    controller_sample_coupled(controller);
     controller_send_all(controller);
     if (controller->state != CONTROLLER_STOPPING ||
         !controller_standing(controller))

@@ -207,8 +207,8 @@ struct controller_axis {
     uint8_t sent_count; /* of sent_q32 */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
-    const struct controller_cam *cam; /* follows another axis; NULL: none */
-    struct controller_leg leg;        /* by_goals */
+    struct controller_cam *cam; /* follows another axis; NULL: none */
+    struct controller_leg leg;  /* by_goals */
     int64_t stands_q32;
     int64_t vel_peak_q32; /* of the track at rate 1 */
     struct hal_drive_target target;
@@ -332,9 +332,11 @@ struct controller {
                            are, or the drives brake */
     unsigned stops;     /* times that controller_stop was called */
     struct controller_jog *jog; /* what is played, at rate 1; NULL: a move */
-    bool is_brake;              /* what is played is itself a stop */
-    bool homing;  /* homing moves the axes: nobody else starts a motion */
-    bool is_held; /* not resumed yet, also where a leg of homing has ended */
+    /* NULL: no axis was ever coupled */
+    const struct controller_couplings *couplings;
+    bool is_brake; /* what is played is itself a stop */
+    bool homing;   /* homing moves the axes: nobody else starts a motion */
+    bool is_held;  /* not resumed yet, also where a leg of homing has ended */
     bool enabling, resetting;
     bool is_asked;    /* enabling: the drives were asked, all without torque */
     int64_t since_ns; /* entry into the state, or the request */

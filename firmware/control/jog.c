@@ -85,6 +85,9 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
         return err;
     if (!controller_admit(controller, index, track))
         return MOTION_E_LIMIT;
+    err = controller_coupled_follow(controller, index, track);
+    if (err < 0)
+        return err;
     if (controller->state == CONTROLLER_READY)
         controller_goal_forget(controller); /* of a move that did not begin */
     jog->brake = jog_stop;
@@ -142,8 +145,8 @@ int controller_jog_run(struct controller *controller,
         return MOTION_E_ARG;
     if (!jog_may_start(controller, jog, goal->axis))
         return MOTION_E_STATE;
-    struct motion_clock_limit most = controller->config.axis[goal->axis].limit;
-    controller_coupled_limit(controller, goal->axis, false, &most);
+    const struct motion_clock_limit most =
+        controller_limit(controller, goal->axis, false);
     struct motion_otg_move move = {
         .goal = { .pos_q32 = controller_coupled_place(controller, goal->axis,
                                                       goal->pos_q32) },
@@ -187,8 +190,8 @@ static int jog_brake(struct controller *controller, bool hard)
     const struct controller_axis_config *config =
         &controller->config.axis[jog->axis];
     struct motion_otg_trajectory *next = &jog->trajectory[1 - jog->which];
-    struct motion_clock_limit most = hard ? config->stop : config->limit;
-    controller_coupled_limit(controller, jog->axis, hard, &most);
+    const struct motion_clock_limit most =
+        controller_limit(controller, jog->axis, hard);
     const struct motion_otg_move stop = {
         .start = jog_start(controller, jog->axis),
         .limit = jog_limit(&most, config->limit.vel_q32),

@@ -72,7 +72,7 @@ struct mailbox_entry {
     int64_t value;
     int64_t vel_q32, for_ns;
     int64_t *pos_q32;
-    const struct controller_cam *cam;
+    struct controller_cam *cam;
     int err; /* the answer: MOTION_OK or an error */
 };
 

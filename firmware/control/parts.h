@@ -43,6 +43,11 @@ bool controller_any_by_profile(const struct controller *controller);
 /* In FAULT, standing with torque on. */
 bool controller_is_held(const struct controller *controller);
 
+/* ramp_bound.c: of an axis, or its stop limits; of a master what leaves its
+ * followers inside theirs.  Divides. */
+struct motion_clock_limit controller_limit(const struct controller *controller,
+                                           unsigned axis, bool stop);
+
 /* ramp_step.c.  Load: what is played has begun.  Seek: once per tick, in motion, for
  * a way to wanted_q30 within the limits.  Request: for one that was asked for, before
  * its tick, of which it takes a part.  Load divides. */
@@ -73,6 +78,10 @@ void controller_path(const struct controller *controller,
 void controller_path_state(const struct controller *controller,
                            const struct motion_track *track, int64_t s_ns_q12,
                            struct motion_state *state);
+
+/* controller.c: what an axis is told in this tick, and its feed-forward. */
+void controller_tell(struct controller *controller, unsigned i,
+                     const struct motion_sample *sample);
 
 /* gate.c: may this set point go to the drive now?  When not, the
  * value that was too large and what was allowed. */
@@ -114,23 +123,15 @@ bool controller_ask(struct controller *controller);
 void controller_slow_down(struct controller *controller,
                           enum controller_state state);
 
-/* couple.c.  At: the follower's place, speed and acceleration, by what the
- * master is told.  Limit: what a master may do so that its followers keep theirs
- * (`hard`: of stopping).  Place: no further than their curves go.  Agree: of
- * every coupled axis, either it and its master stand or its track is on the
- * curve over that of the master: at every end of a segment.  Divides. */
-void controller_coupled_at(const struct controller_cam *cam,
-                           const struct hal_drive_target *master,
-                           struct motion_cursor *cursor,
-                           struct motion_sample *out);
+/* couple.c, of which jogs and homing are the users; the rest goes by couplings.
+ * Place: no further than the curves of the followers of a master go.  Follow: they
+ * go along with this track of it, from where they stand; MOTION_E_LIMIT: it leaves
+ * a curve, MOTION_E_AWAY: one does not stand on its own. */
 bool controller_any_coupled(const struct controller *controller);
-void controller_coupled_limit(const struct controller *controller,
-                              unsigned master, bool hard,
-                              struct motion_clock_limit *limit);
-bool controller_coupled_agree(const struct controller *controller,
-                              const struct motion_track *const track[]);
 int64_t controller_coupled_place(const struct controller *controller,
                                  unsigned master, int64_t pos_q32);
+int controller_coupled_follow(struct controller *controller, unsigned master,
+                              const struct motion_track *track);
 
 /* home.c: the drive's own positions and the axis's. */
 void controller_from_drive(const struct controller_axis *axis,

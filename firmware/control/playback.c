@@ -82,16 +82,16 @@ static int playback_plan(struct playback *playback, unsigned index, int64_t num,
                          int64_t den)
 {
     const struct controller_axis *from = &playback->controller->axis[index];
-    const struct motion_clock_limit *most =
-        &playback->controller->config.axis[index].limit;
+    const struct motion_clock_limit most =
+        controller_limit(playback->controller, index, false);
     struct playback_axis *axis = &playback->axis[index];
     const struct motion_ease_limit slow = {
-        .vel_q32 = playback_share(most->vel_q32 / PLAYBACK_SLOW, num, den, 1),
-        .acc_q32 = playback_share(most->acc_q32 / PLAYBACK_SLOW, num, den, 2),
+        .vel_q32 = playback_share(most.vel_q32 / PLAYBACK_SLOW, num, den, 1),
+        .acc_q32 = playback_share(most.acc_q32 / PLAYBACK_SLOW, num, den, 2),
         .jerk_q32 =
-            most->jerk_q32 == 0
+            most.jerk_q32 == 0
                 ? 0
-                : playback_share(most->jerk_q32 / PLAYBACK_SLOW, num, den, 3),
+                : playback_share(most.jerk_q32 / PLAYBACK_SLOW, num, den, 3),
     };
     motion_track_init(&axis->approach, axis->storage, PLAYBACK_SEGMENTS,
                       from->target.pos_q32);
@@ -108,7 +108,8 @@ static int64_t playback_plan_all(struct playback *playback)
     int err = MOTION_OK;
     for (unsigned i = 0; i < count && err == MOTION_OK; i++) {
         playback->axis[i].approach.count = 0;
-        if (playback->axis[i].track == NULL)
+        if (playback->axis[i].track == NULL ||
+            playback->controller->axis[i].cam != NULL) /* it is taken along */
             continue;
         err = playback_plan(playback, i, 1, 1);
         if (playback->axis[i].approach.end_ns_q12 > dur_ns_q12)

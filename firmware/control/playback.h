@@ -161,7 +161,7 @@ int playback_jog(struct playback *playback, unsigned axis, int64_t pos_q32,
 /* controller_couple; MOTION_E_ARG also where the drive of either axis samples by
  * itself. */
 int playback_couple(struct playback *playback, unsigned axis,
-                    const struct controller_cam *cam);
+                    struct controller_cam *cam);
 
 /* A key: where the axes stand, one place per axis, and the path time, 0 where no
  * move is held.  Without torque it is where they were pushed to.

@@ -6,6 +6,8 @@
  *     acceleration  v A        jerk  v J + 3 a r A
  * so A = acc / v (and jerk / 3 a r) and J = jerk / v are where it alone would
  * use the whole limit. */
+#include <stddef.h>
+
 #include "firmware/control/ramp.h"
 #include "firmware/control/ramp_step.h"
 
@@ -78,12 +80,15 @@ static struct ramp_bound ramp_finish(const struct controller *controller,
     return bound;
 }
 
-static const struct motion_clock_limit *
-ramp_limit(const struct controller *controller, unsigned axis, bool stop)
+struct motion_clock_limit controller_limit(const struct controller *controller,
+                                           unsigned axis, bool stop)
 {
     const struct controller_axis_config *config =
         &controller->config.axis[axis];
-    return stop ? &config->stop : &config->limit;
+    struct motion_clock_limit limit = stop ? config->stop : config->limit;
+    if (controller->couplings != NULL)
+        controller->couplings->reduce(controller, axis, stop, &limit);
+    return limit;
 }
 
 struct ramp_bound controller_ramp_bound(const struct controller *controller,
@@ -97,7 +102,9 @@ struct ramp_bound controller_ramp_bound(const struct controller *controller,
         const struct ramp_speed speed = {
             axis->vel_peak_q32, controller_peak(axis->track, MOTION_ACC)
         };
-        ramp_narrow(&bound, ramp_limit(controller, i, stop), &speed, rate_q30);
+        const struct motion_clock_limit limit =
+            controller_limit(controller, i, stop);
+        ramp_narrow(&bound, &limit, &speed, rate_q30);
     }
     return ramp_finish(controller, bound);
 }
@@ -112,7 +119,9 @@ int64_t controller_ramp_reserve(const struct controller *controller,
     const struct ramp_speed speed = { controller_peak(track, MOTION_VEL),
                                       controller_peak(track, MOTION_ACC) };
     struct ramp_bound bound = ramp_widest(controller);
-    ramp_narrow(&bound, ramp_limit(controller, index, true), &speed, rate_q30);
+    const struct motion_clock_limit limit =
+        controller_limit(controller, index, true);
+    ramp_narrow(&bound, &limit, &speed, rate_q30);
     bound = ramp_finish(controller, bound);
     const int64_t rate_ns =
         motion_fixed_muldiv_sat(4 * rate_q30, RAMP_SECOND_NS, bound.accel_q30);

@@ -30,19 +30,19 @@ static void limit_units(const struct controller *controller, int64_t *g_q40,
     *g_q40 = 1;
     *k_q40 = 0;
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        const struct motion_clock_limit *limit =
-            &controller->config.axis[i].limit;
         if (!controller->axis[i].track)
             continue;
+        const struct motion_clock_limit limit =
+            controller_limit(controller, i, false);
         *g_q40 = ramp_most(
             *g_q40, motion_fixed_muldiv_sat(limit_peak_vel(controller, i),
-                                            (int64_t)1 << 40, limit->acc_q32) +
+                                            (int64_t)1 << 40, limit.acc_q32) +
                         1);
-        if (limit->jerk_q32 > 0)
-            *k_q40 = ramp_most(
-                *k_q40, motion_fixed_muldiv_sat(
-                            limit->acc_q32, (int64_t)1 << 40, limit->jerk_q32) +
-                            1);
+        if (limit.jerk_q32 > 0)
+            *k_q40 = ramp_most(*k_q40, motion_fixed_muldiv_sat(limit.acc_q32,
+                                                               (int64_t)1 << 40,
+                                                               limit.jerk_q32) +
+                                           1);
     }
 }
 
@@ -68,24 +68,26 @@ static void limit_of_axis(struct controller *controller, unsigned i,
                           int64_t g_q40, int64_t k_q40)
 {
     struct controller_share *share = &controller->axis[i].share;
-    const struct controller_axis_config *axis = &controller->config.axis[i];
-    const struct motion_clock_limit *limit = &axis->limit;
-    const int64_t one_q32[3] = { limit_peak_vel(controller, i), limit->acc_q32,
-                                 limit->jerk_q32 };
+    const struct motion_clock_limit limit =
+        controller_limit(controller, i, false);
+    const struct motion_clock_limit stop =
+        controller_limit(controller, i, true);
+    const int64_t one_q32[3] = { limit_peak_vel(controller, i), limit.acc_q32,
+                                 limit.jerk_q32 };
     motion_track_unit_init(&share->unit, one_q32);
     share->vel_q31 = limit_part(
-        motion_fixed_muldiv_sat(one_q32[0], (int64_t)1 << 40, limit->acc_q32),
+        motion_fixed_muldiv_sat(one_q32[0], (int64_t)1 << 40, limit.acc_q32),
         g_q40);
     share->share_q31 =
-        limit->jerk_q32 == 0
+        limit.jerk_q32 == 0
             ? 0
             : limit_part(motion_fixed_muldiv_sat(
-                             limit->acc_q32, (int64_t)1 << 40, limit->jerk_q32),
+                             limit.acc_q32, (int64_t)1 << 40, limit.jerk_q32),
                          k_q40);
     share->vel_share_q31 = (int32_t)ramp_least(
         ((int64_t)share->vel_q31 * share->share_q31 >> 31) + 1, INT32_MAX);
-    share->stop_acc = limit_stop(axis->stop.acc_q32, limit->acc_q32);
-    share->stop_jerk = limit_stop(axis->stop.jerk_q32, limit->jerk_q32);
+    share->stop_acc = limit_stop(stop.acc_q32, limit.acc_q32);
+    share->stop_jerk = limit_stop(stop.jerk_q32, limit.jerk_q32);
 }
 
 void controller_limit_load(struct controller *controller)

@@ -60,7 +60,7 @@ static struct controller_cam *couple_spare(const struct command_line *line,
 
 /* `err`: what became of making it. */
 static void couple_send_cam(const struct command_line *line, unsigned axis,
-                            const struct controller_cam *cam, int err)
+                            struct controller_cam *cam, int err)
 {
     const struct mailbox_entry entry = { .command = MAILBOX_COUPLE,
                                          .axis = axis,

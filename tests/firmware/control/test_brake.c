@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/control/gear.h"
 #include "firmware/control/homing.h"
 #include "firmware/control/jog.h"
 #include "firmware/control/playback.h"
@@ -29,6 +30,9 @@ static struct homing homing;
 static struct homing_config homing_configs[AXES];
 static struct playback playback;
 static struct playback_axis playback_axes[AXES];
+static struct controller_cam cam;
+static struct motion_segment cam_segment[CONTROLLER_GEAR_SEGMENTS];
+static struct motion_track cam_track;
 static struct motion_segment move_segment[16];
 static struct motion_track move_track;
 static struct difference past[AXES];
@@ -268,6 +272,68 @@ static void a_leg_of_homing(void)
         controller_stop(&controller);
 }
 
+static void a_gear(long double ratio, long double over)
+{
+    const int64_t far_q32 =
+        q32(difference_units(configs[MOVER].pos_max_q32) * 0.99L);
+    const struct controller_gear gear = {
+        .ratio_q32 = q32(ratio),
+        .place_q32 = axes[FOLLOWER].target.pos_q32,
+        .begin_q32 = axes[MOVER].target.pos_q32 +
+                     q32(difference_units(vel_of(MOVER)) * 0.02L),
+        .over_q32 = q32(over),
+        .low_q32 = -far_q32,
+        .high_q32 = far_q32,
+    };
+    past[FOLLOWER].error += fabsl(ratio) * past[MOVER].error;
+    motion_track_init(&cam_track, cam_segment, CONTROLLER_GEAR_SEGMENTS, 0);
+    cam.master = MOVER;
+    if (controller_gear_cam(&gear, &cam_track, &cam) == MOTION_OK)
+        (void)controller_couple(&controller, FOLLOWER, &cam);
+}
+
+/* Of a ratio that takes up to five times the follower's speed. */
+static long double draw_ratio(void)
+{
+    const long double most =
+        difference_units(vel_of(FOLLOWER)) / difference_units(vel_of(MOVER));
+    return most * powl(5, draw_in(-1, 1)) * (draw_below(2) == 0 ? -1 : 1);
+}
+
+/* The follower's range counts for nothing here. */
+static void a_coupled_jog(void)
+{
+    const long double ratio = draw_ratio();
+    configs[FOLLOWER].pos_max_q32 = q32(2e9L);
+    configs[FOLLOWER].pos_min_q32 = -q32(2e9L);
+    a_gear(ratio, difference_units(vel_of(MOVER)) * 0.5L);
+    assert_ptr_equal(axes[FOLLOWER].cam, &cam);
+    go(0.9L, 0);
+    ticks_ns((int64_t)draw_below(1500) * MS);
+}
+
+static void a_gear_that_is_being_engaged(void)
+{
+    configs[FOLLOWER].pos_max_q32 = q32(2e9L);
+    configs[FOLLOWER].pos_min_q32 = -q32(2e9L);
+    go(0.9L, 0);
+    ticks_ns((int64_t)draw_below(200) * MS);
+    a_gear(draw_ratio() / 5, difference_units(vel_of(MOVER)) * 2);
+    ticks_ns((int64_t)draw_below(400) * MS);
+}
+
+static void a_stop_of_a_coupled_jog(void)
+{
+    a_coupled_jog();
+    controller_jog_stop(&controller, &jog, draw_below(2) == 0);
+}
+
+static void a_hold_of_a_coupled_jog(void)
+{
+    a_coupled_jog();
+    (void)controller_hold(&controller);
+}
+
 static void an_approach(void)
 {
     const struct motion_track *track[AXES] = { [MOVER] = &move_track };
@@ -303,6 +369,10 @@ static const struct {
     { "many goals", many_goals },
     { "to the end of its range", to_the_end_of_its_range },
     { "a leg of homing", a_leg_of_homing },
+    { "a coupled jog", a_coupled_jog },
+    { "a gear that is being engaged", a_gear_that_is_being_engaged },
+    { "a stop of a coupled jog", a_stop_of_a_coupled_jog },
+    { "a hold of a coupled jog", a_hold_of_a_coupled_jog },
     { "an approach", an_approach },
 };
 

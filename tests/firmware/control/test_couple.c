@@ -236,6 +236,8 @@ static void what_cannot_be_coupled_is_refused(void **state)
     cam.master = MASTER;
     assert_int_equal(controller_couple(&controller, FOLLOWER, &cam),
                      MOTION_E_STATE); /* twice */
+    assert_int_equal(controller_couple(&controller, OTHER, &cam),
+                     MOTION_E_ARG); /* by the cam of another */
     assert_int_equal(controller_couple(&controller, MASTER, &cam),
                      MOTION_E_ARG);
 }
@@ -256,7 +258,8 @@ static void while_coupled_the_follower_is_not_jogged(void **state)
 /* --- onto a master that moves --------------------------------------------- */
 
 /* The follower from where it stands, once the master has gone `ahead` further. */
-static int engage(double ratio, double ahead, double over, bool is_backwards)
+static int engage_to(double ratio, double ahead, double over, bool is_backwards,
+                     int64_t high_q32)
 {
     const int64_t m_q32 = axes[MASTER].target.pos_q32;
     const int64_t ahead_q32 = llrint(ahead * (double)UNIT);
@@ -266,7 +269,7 @@ static int engage(double ratio, double ahead, double over, bool is_backwards)
         .begin_q32 = is_backwards ? m_q32 - ahead_q32 : m_q32 + ahead_q32,
         .over_q32 = llrint(over * (double)UNIT),
         .low_q32 = -95 * UNIT,
-        .high_q32 = 95 * UNIT,
+        .high_q32 = high_q32,
         .is_backwards = is_backwards,
     };
     plan_track_free(&track);
@@ -275,6 +278,11 @@ static int engage(double ratio, double ahead, double over, bool is_backwards)
     cam.master = MASTER;
     const int err = controller_gear_cam(&gear, &track, &cam);
     return err < 0 ? err : controller_couple(&controller, FOLLOWER, &cam);
+}
+
+static int engage(double ratio, double ahead, double over, bool is_backwards)
+{
+    return engage_to(ratio, ahead, over, is_backwards, 95 * UNIT);
 }
 
 /* Engaged on the way: at no tick a step of place, speed or acceleration (judge),
@@ -445,6 +453,147 @@ static void a_move_takes_the_follower_with_it(void **state)
     }
 }
 
+/* The master's alone moves both: held, resumed, reversed and stopped. */
+static void a_move_of_the_master_takes_the_follower_along(void **state)
+{
+    static const double ratio[] = { 0.5, -1, 1.25 };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(ratio); i++) {
+        const double r = ratio[i];
+        const struct motion_track *alone[AXES] = { &move[0] };
+        assert_int_equal(begin(NULL), 0);
+        plan_both(fabs(r) > 1 ? 1 : r);
+        if (fabs(r) > 1) { /* as fast as its limits let it */
+            const double line[] = { -70 * r, 70 * r };
+            assert_int_equal(controller_uncouple(&controller, FOLLOWER),
+                             MOTION_OK);
+            assert_int_equal(couple(-70, 140, line, 2, PLAN_CURVE_LINEAR),
+                             MOTION_OK);
+        }
+        assert_int_equal(controller_start(&controller, alone, NULL), MOTION_OK);
+        assert_true(controller.override_max_q30 <=
+                    llrint(fmin(2, 50 / 40.0 / fmax(1, fabs(r))) * 0x1p30) + 1);
+        ticks_of_move(900, r);
+        assert_int_equal(controller_hold(&controller), MOTION_OK);
+        ticks_of_move(2000, r);
+        assert_int_equal(controller.state, CONTROLLER_HOLDING);
+        assert_int_equal(controller_reverse(&controller, true), MOTION_OK);
+        assert_int_equal(controller_resume(&controller), MOTION_OK);
+        ticks_of_move(300, r);
+        controller_stop(&controller);
+        for (int n = 0; controller.state != CONTROLLER_READY; n++) {
+            assert_true(n < 3000);
+            ticks_of_move(1, r);
+        }
+        assert_int_equal(controller.fault.fault, CONTROLLER_FAULT_NONE);
+        assert_true(fabs(q32(axes[FOLLOWER].target.pos_q32)) > 1);
+    }
+}
+
+/* Faster, further or with more of a step than the follower can be taken along. */
+static void what_the_follower_cannot_keep_does_not_begin(void **state)
+{
+    const struct motion_track *alone[AXES] = { &move[0] };
+    int axis = 0;
+    (void)state;
+    plan_both(0.5);
+    assert_int_equal(controller_uncouple(&controller, FOLLOWER), MOTION_OK);
+    const double steep[] = { -95, 95 }, near[] = { -20, 20 };
+    assert_int_equal(couple(-62, 124, steep, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    assert_int_equal(controller_start(&controller, alone, NULL),
+                     MOTION_E_LIMIT); /* 61 of 50 units/s */
+    assert_int_equal(controller_uncouple(&controller, FOLLOWER), MOTION_OK);
+    assert_int_equal(couple(-40, 80, near, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    assert_int_equal(controller_start(&controller, alone, &axis),
+                     MOTION_E_LIMIT); /* beyond the end of the curve */
+    assert_int_equal(axis, FOLLOWER);
+    assert_int_equal(controller.state, CONTROLLER_READY);
+    assert_null(axes[MASTER].track);
+}
+
+/* As any jog: it stands where it is and goes on from there. */
+static void a_coupled_jog_is_held_and_resumed(void **state)
+{
+    const double line[] = { -90, 90 };
+    (void)state;
+    assert_int_equal(couple(-90, 180, line, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    assert_int_equal(go(MASTER, 80, 40), MOTION_OK);
+    for (int n = 0; n < 700; n++)
+        tick(false);
+    assert_int_equal(controller_hold(&controller), MOTION_OK);
+    for (int n = 0; n < 1500; n++)
+        tick(true);
+    assert_int_equal(controller.state, CONTROLLER_HOLDING);
+    assert_int_equal(controller.rate.rate_q30, 0);
+    assert_true(q32(axes[FOLLOWER].target.pos_q32) < 60);
+    assert_int_equal(controller_resume(&controller), MOTION_OK);
+    until_ready();
+    assert_true(fabs(q32(axes[FOLLOWER].target.pos_q32) - 80) < 1e-8);
+}
+
+/* The master cannot come to rest before the curve ends: nothing changes. */
+static void a_gear_that_ends_too_soon_is_not_engaged(void **state)
+{
+    (void)state;
+    assert_int_equal(go(MASTER, 80, 20), MOTION_OK);
+    for (int n = 0; n < 500; n++)
+        tick(false);
+    const int64_t high_q32 =
+        axes[MASTER].target.pos_q32 + llrint(0.3 * (double)UNIT);
+    assert_int_equal(engage_to(0.001, 0.05, 0.2, false, high_q32),
+                     MOTION_E_LIMIT);
+    assert_null(axes[FOLLOWER].cam);
+    until_ready();
+    assert_true(fabs(q32(axes[MASTER].target.pos_q32) - 80) < 1e-9);
+    assert_true(axes[FOLLOWER].target.pos_q32 == 0);
+}
+
+/* Wherever within the window it stands it goes on from there, and nowhere else. */
+static void it_begins_where_it_stands(void **state)
+{
+    (void)state;
+    seed_from("stands");
+    for (int n = 0; n < 200; n++) {
+        const double beside = (2 * (double)draw_unit() - 1) * 3 *
+                              (double)ideal_axis.pos_max_q32 / 0x1p62;
+        const double line[] = { -50 + beside, 50 + beside };
+        assert_int_equal(begin(NULL), 0);
+        const int err = couple(-50, 100, line, 2, PLAN_CURVE_LINEAR);
+        assert_int_equal(err,
+                         llabs(llrint(beside * (double)UNIT)) <= cam.window_q32
+                             ? MOTION_OK
+                             : MOTION_E_AWAY);
+        if (err < 0)
+            continue;
+        assert_int_equal(go(MASTER, 10, 50), MOTION_OK);
+        for (int k = 0; k < 20; k++) {
+            now_ns += MS;
+            controller_step(
+                &controller, now_ns,
+                (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+            assert_in_range(axes[FOLLOWER].target.pos_q32 -
+                                axes[MASTER].target.pos_q32 + 3,
+                            0, 6);
+        }
+    }
+}
+
+/* A curve whose slope steps by more than a hundredth of what an acceleration lets
+ * happen in a tick, or its curvature. */
+static void a_curve_with_corners_is_refused(void **state)
+{
+    const double bent[] = { -50, 0, 49.9 }, kinked[] = { 0, 1, 4, 9, 16, 25 };
+    (void)state;
+    assert_int_equal(couple(-50, 50, bent, 3, PLAN_CURVE_LINEAR),
+                     MOTION_E_DISCONTINUITY);
+    /* catmull-rom: steps of curvature */
+    assert_int_equal(couple(0, 5, kinked, 6, PLAN_CURVE_CATMULL_ROM),
+                     MOTION_E_DISCONTINUITY);
+    configs[FOLLOWER].limit.jerk_q32 = 0;
+    assert_int_equal(couple(0, 5, kinked, 6, PLAN_CURVE_CATMULL_ROM),
+                     MOTION_OK);
+}
+
 /* By a track of each there is a way to rest along both. */
 static void a_fault_stops_both_along_the_move(void **state)
 {
@@ -464,16 +613,14 @@ static void a_fault_stops_both_along_the_move(void **state)
 
 static void a_move_that_leaves_the_curve_does_not_begin(void **state)
 {
-    const struct motion_track *alone[AXES] = { &move[0] };
     const struct motion_track *own[AXES] = { [FOLLOWER] = &move[1] };
     const struct motion_track *other[AXES] = { [OTHER] = &move[0] };
     (void)state;
+    int axis = 0;
     plan_both(0.5);
-    assert_int_equal(controller_start(&controller, alone, NULL),
-                     MOTION_E_STATE);
-    assert_int_equal(controller_start(&controller, own, NULL), MOTION_E_STATE);
-    assert_int_equal(controller_cue(&controller, alone, 0, NULL),
-                     MOTION_E_STATE);
+    assert_int_equal(controller_start(&controller, own, &axis), MOTION_E_STATE);
+    assert_int_equal(axis, FOLLOWER);
+    assert_int_equal(controller_cue(&controller, own, 0, NULL), MOTION_E_STATE);
     /* there at both ends, and not between them */
     motion_track_init(&move[1], storage[1], 40, 0);
     assert_int_equal(motion_ease_append_limited(&move[1], 30 * UNIT, &gentle),
@@ -502,16 +649,14 @@ static void torque_off_and_faults_end_it(void **state)
     for (int i = 0; i < 500; i++)
         tick(false);
     drive[OTHER].faulty = true;
-    now_ns += MS;
-    controller_step(&controller, now_ns,
-                    (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
-    assert_int_equal(controller.reaction, CONTROLLER_REACT_QUICK);
-    for (int i = 0; i < 6000 && controller.state != CONTROLLER_FAULT; i++) {
-        now_ns += MS;
-        controller_step(&controller, now_ns,
-                        (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+    tick(true);
+    assert_int_equal(controller.state, CONTROLLER_STOPPING);
+    assert_ptr_equal(axes[FOLLOWER].cam, &cam);
+    for (int i = 0; controller.state != CONTROLLER_FAULT; i++) {
+        assert_true(i < 200); /* 50 / 1000 + 1000 / 40000 s */
+        tick(true);
     }
-    assert_int_equal(controller.state, CONTROLLER_FAULT);
+    assert_int_equal(drive[FOLLOWER].quick_stops, 0);
     assert_null(axes[FOLLOWER].cam);
 }
 
@@ -529,6 +674,12 @@ int main(void)
         RUN(what_cannot_be_engaged_is_refused),
         RUN(while_coupled_the_follower_is_not_jogged),
         RUN(a_move_takes_the_follower_with_it),
+        RUN(a_move_of_the_master_takes_the_follower_along),
+        RUN(what_the_follower_cannot_keep_does_not_begin),
+        RUN(a_coupled_jog_is_held_and_resumed),
+        RUN(a_gear_that_ends_too_soon_is_not_engaged),
+        RUN(it_begins_where_it_stands),
+        RUN(a_curve_with_corners_is_refused),
         RUN(a_fault_stops_both_along_the_move),
         RUN(a_move_that_leaves_the_curve_does_not_begin),
         RUN(torque_off_and_faults_end_it),

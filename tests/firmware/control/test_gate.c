@@ -3,12 +3,13 @@
  *
  * Random moves use the whole of their limits, which are made of their own peaks, at
  * 100 % or at a rate up to 200 %; axes are of 10^-3 to 10^9 units/s, ticks of 62.5 us to
- * 20 ms.
+ * 20 ms, ratios up to 1000.
  *
  *   N=100000 build/tests/firmware/control/test_gate       SEED=17 N=1 ... */
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/control/gear.h"
 #include "firmware/control/jog.h"
 #include "firmware/control/parts.h"
 #include "motion/core/err.h"
@@ -317,6 +318,335 @@ static void a_legal_move_never_trips_it(void **state)
         plan_track_free(&track[i]);
 }
 
+/* --- jogs, and what follows them --------------------------------------------------- */
+
+enum { MASTER, FIRST };
+
+static struct controller_cam cam[AXES];
+static struct motion_segment straight[AXES][CONTROLLER_GEAR_SEGMENTS];
+
+/* Full speed takes 3 to 1000 ticks, full acceleration a tenth of that to as long, or
+ * no time. */
+static void draw_limits(struct controller_axis_config *config, long double vel,
+                        long double period_s)
+{
+    static const long double stops[] = { 1, 1.5L, 5 };
+    const long double takes_s = period_s * 3 * powl(300, draw_unit());
+    const long double acc = fminl(fmaxl(vel / takes_s, 1e-8L), 4e8L);
+    const long double jerk =
+        draw_one_of(3)
+            ? 0
+            : fminl(fmaxl(acc / takes_s * powl(10, draw_unit()), 1e-8L), 4e8L);
+    const long double by = stops[draw_below(3)];
+    *config = (struct controller_axis_config){
+        .pos_min_q32 = -q32(1e9L),
+        .pos_max_q32 = q32(1e9L),
+        .limit = { q32(vel), q32(acc), q32(jerk) },
+        .stop = { q32(vel), q32(acc * by), q32(jerk * by) },
+        .following_floor_q32 = INT64_MAX / 4,
+    };
+}
+
+/* What its drive stands at, beside the curve by no more than may be. */
+static void stands_beside(unsigned i)
+{
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample curve;
+    const int64_t window_q32 = cam[i].window_q32;
+    controller_cam_at(&cam[i], &cursor, axes[MASTER].target.pos_q32, &curve);
+    drive[i].given.pos_q32 =
+        curve.pos_q32 +
+        check_random_in(check_stream(), -window_q32, window_q32);
+    axes[i].sent_count = 0; /* it was pushed there */
+    past[i].count = 0;
+    tick("standing", false);
+}
+
+static bool draw_gear(unsigned i, long double ratio, long double reach)
+{
+    cam[i] = (struct controller_cam){ .master = MASTER,
+                                      .track = &track[i],
+                                      .low_q32 = -q32(reach),
+                                      .high_q32 = q32(reach) };
+    track[i].segment = calloc(1, sizeof *track[i].segment);
+    motion_track_init(&track[i], track[i].segment, 1, -q32(ratio * reach));
+    return motion_track_append_line(
+               &track[i], llrintl(2 * reach * (long double)MOTION_FIXED_S_Q12),
+               q32(ratio * reach)) == MOTION_OK;
+}
+
+static bool draw_cam(unsigned i, long double ratio, long double reach)
+{
+    const long double every = 2 * reach / (KEYS - 1);
+    cam[i] = (struct controller_cam){ .master = MASTER,
+                                      .track = &track[i],
+                                      .low_q32 = -q32(reach) };
+    if (!draw_spline(&track[i], ratio * every, every) ||
+        motion_fixed_muldiv(track[i].end_ns_q12, UNIT, MOTION_FIXED_S_Q12,
+                            &cam[i].high_q32) < 0)
+        return false;
+    cam[i].high_q32 += cam[i].low_q32;
+    return true;
+}
+
+static bool draw_engaged(unsigned i, long double ratio, long double reach)
+{
+    const bool back = axes[MASTER].target.vel_q32 < 0;
+    const long double sign = back ? -1 : 1;
+    const int64_t ahead_q32 =
+        q32(sign * fabsl(difference_units(axes[MASTER].target.vel_q32)) *
+                (long double)ideal_period_ns * 1e-8L +
+            sign * 1e-8L);
+    const struct controller_gear gear = {
+        .ratio_q32 = q32(ratio),
+        .place_q32 = axes[i].target.pos_q32,
+        .begin_q32 = axes[MASTER].target.pos_q32 + ahead_q32,
+        .over_q32 = q32(reach * draw_in(0.001L, 0.3L)),
+        .low_q32 = -q32(reach),
+        .high_q32 = q32(reach),
+        .is_backwards = back,
+    };
+    cam[i].master = MASTER;
+    motion_track_init(&track[i], straight[i], CONTROLLER_GEAR_SEGMENTS, 0);
+    return controller_gear_cam(&gear, &track[i], &cam[i]) == MOTION_OK;
+}
+
+static bool couple(unsigned i, long double ratio, long double reach,
+                   bool on_way)
+{
+    if (track[i].segment != straight[i])
+        plan_track_free(&track[i]);
+    const bool is_made = on_way           ? draw_engaged(i, ratio, reach)
+                         : draw_one_of(2) ? draw_gear(i, ratio, reach)
+                                          : draw_cam(i, ratio, reach);
+    if (!is_made || controller_cam_init(&cam[i]) < 0)
+        return false;
+    if (!on_way)
+        stands_beside(i);
+    if (controller_couple(&controller, i, &cam[i]) < 0)
+        return false;
+    past[i].error = difference_error(&track[i], 0) +
+                    difference_units(cam[i].slope_q32) * past[MASTER].error;
+    return true;
+}
+
+static void jog_somewhere(long double reach)
+{
+    const struct controller_jog_goal goal = {
+        .axis = MASTER,
+        .pos_q32 = q32(draw_in(-reach, reach)),
+        .vel_q32 = 1 + q32(difference_units(configs[MASTER].limit.vel_q32) *
+                           (draw_one_of(2) ? 1 : draw_unit())),
+    };
+    (void)controller_jog(&controller, &jog, &goal);
+}
+
+static void act_on_jog(long double reach, bool stops)
+{
+    switch (stops ? draw_below(8) : 0) {
+    case 1:
+        controller_jog_stop(&controller, &jog, false);
+        break;
+    case 2:
+        controller_jog_stop(&controller, &jog, true);
+        break;
+    case 3:
+        (void)controller_hold(&controller);
+        break;
+    case 4:
+        (void)controller_resume(&controller);
+        break;
+    default:
+        jog_somewhere(reach);
+        break;
+    }
+}
+
+/* True: something followed. */
+static bool play_jogs(void)
+{
+    const long double period_s = (long double)ideal_period_ns * 1e-9L;
+    const long double vel = powl(10, draw_in(-3, 9));
+    const long double reach =
+        fminl(vel * period_s * 30 * powl(100, draw_unit()), 5e8L);
+    const bool stops = draw_one_of(2), on_way = draw_one_of(3);
+    bool any = false;
+    long double ratio[AXES];
+    count = 2 + draw_below(AXES - 1);
+    for (unsigned i = 0; i < count; i++) {
+        const long double most = fminl(1000, 4e8L / fmaxl(reach, vel));
+        ratio[i] = most * powl(1e-6L, draw_unit()) * (draw_one_of(2) ? -1 : 1);
+        draw_limits(&configs[i],
+                    i == MASTER ? vel
+                                : fmaxl(fminl(fabsl(ratio[i]) * vel *
+                                                  powl(10, draw_in(-1, 1)),
+                                              1e9L),
+                                        1e-6L),
+                    period_s);
+        if (!stops)
+            configs[i].stop = configs[i].limit;
+        track[i].count = 0;
+    }
+    build();
+    for (unsigned i = FIRST; i < count && !on_way; i++)
+        any = couple(i, ratio[i], reach, false) || any;
+    jog_somewhere(reach);
+    for (unsigned n = 0, acts = 4; acts > 0 && n < 6000; n++) {
+        tick("a jog", true);
+        if (on_way && n > 4 && draw_one_of(32))
+            for (unsigned i = FIRST; i < count; i++)
+                any =
+                    (axes[i].cam == NULL && couple(i, ratio[i], reach, true)) ||
+                    any;
+        if (draw_one_of(100) || controller.state == CONTROLLER_READY) {
+            act_on_jog(reach, stops);
+            acts--;
+        }
+        assert_int_equal(controller.fault.fault, CONTROLLER_FAULT_NONE);
+    }
+    return any;
+}
+
+static void a_legal_jog_and_what_follows_it_never_trip_it(void **state)
+{
+    unsigned played = 0;
+    long double most[3] = { 0 };
+    (void)state;
+    seed_from("jogs");
+    for (unsigned i = 0; i < AXES; i++)
+        track[i] = (struct motion_track){ .segment = NULL };
+    for (round_of = 0; played < rounds(300); round_of++) {
+        draw_period();
+        if (!play_jogs())
+            continue;
+        played++;
+        for (unsigned i = FIRST; i < count; i++)
+            for (int k = 0; k < 3; k++)
+                most[k] = fmaxl(most[k], past[i].most[k]);
+    }
+    print_message("%u of %u: followers: %.9Lf of the speeds, %.9Lf of the "
+                  "accelerations, %.9Lf of the jerks\n",
+                  played, round_of, most[0], most[1], most[2]);
+    assert_true(most[0] > 0.99L && most[1] > 0.99L && most[2] > 0.99L);
+    for (unsigned i = 0; i < AXES; i++)
+        if (track[i].segment != straight[i])
+            plan_track_free(&track[i]);
+}
+
+/* --- moves of a master alone ------------------------------------------------------ */
+
+/* As little as lets it be taken along at the master's limits.  What its slopes are
+ * times the speed is rounded to 2^-32 too. */
+static bool limits_to_follow(unsigned i)
+{
+    const struct motion_clock_limit *by = &configs[MASTER].limit;
+    const bool bends = cam[i].second_q32 > 0;
+    const long double vel = difference_units(by->vel_q32);
+    const long double acc = difference_units(by->acc_q32);
+    const long double jerk = difference_units(by->jerk_q32);
+    const long double slope = difference_units(cam[i].slope_q32) * (1 + 1e-8L);
+    const long double second =
+        difference_units(cam[i].second_q32) + 0x1p-31L / vel;
+    const long double third =
+        difference_units(cam[i].third_q32) + 0x1p-31L / vel * (1 + 1 / vel);
+    const long double most_acc =
+        bends ? 2 * fmaxl(slope * acc, second * vel * vel) : slope * acc;
+    const long double most_jerk =
+        jerk == 0 ? 0
+        : bends   ? 3 * fmaxl(slope * jerk, fmaxl(3 * second * vel * acc,
+                                                  third * vel * vel * vel))
+                  : slope * jerk;
+    if (slope * vel > 1e9L || most_acc > 1e9L || most_jerk > 1e9L)
+        return false;
+    configs[i] = (struct controller_axis_config){
+        .pos_min_q32 = -q32(2e9L),
+        .pos_max_q32 = q32(2e9L),
+        .limit = { 64 + q32(slope * vel), 64 + q32(most_acc),
+                   jerk == 0 ? 0 : 64 + q32(most_jerk) },
+        .following_floor_q32 = INT64_MAX / 4,
+    };
+    configs[i].stop = configs[i].limit;
+    return true;
+}
+
+/* The master's track is drawn; false: beyond what there is. */
+static bool draw_followers(long double reach)
+{
+    count = 2 + draw_below(AXES - 1);
+    for (unsigned i = FIRST; i < count; i++) {
+        const long double most = fminl(
+            1000, 4e8L / fmaxl(reach, difference_units(
+                                          configs[MASTER].limit.vel_q32)));
+        const long double ratio =
+            most * powl(1e-6L, draw_unit()) * (draw_one_of(2) ? -1 : 1);
+        if (track[i].segment != straight[i])
+            plan_track_free(&track[i]);
+        if (!(draw_one_of(2) ? draw_gear(i, ratio, reach)
+                             : draw_cam(i, ratio, reach)) ||
+            controller_cam_init(&cam[i]) < 0 ||
+            difference_units(cam[i].third_q32) > 1e9L)
+            return false;
+        if (!limits_to_follow(i))
+            return false;
+    }
+    return true;
+}
+
+static bool play_followed(void)
+{
+    const enum kind kind = (enum kind)draw_below(KINDS);
+    const bool jerk = kind == S_CURVE || kind == QUINTIC;
+    struct motion_extreme pos;
+    draw_period();
+    if (!draw_track(MASTER, kind, (long double)ideal_period_ns * 1e-9L) ||
+        !limits_of(MASTER, draw_in(1, 2), jerk))
+        return false;
+    motion_track_extreme(&track[MASTER], MOTION_POS, &pos);
+    const long double reach = fmaxl(fabsl(difference_units(pos.min)),
+                                    fabsl(difference_units(pos.max)));
+    if (!draw_followers(reach * 1.01L + 1e-6L))
+        return false;
+    for (unsigned i = FIRST; i < count; i++)
+        track[i].capacity = track[i].count;
+    build();
+    for (unsigned i = FIRST; i < count; i++) {
+        past[i].error =
+            difference_error(&track[i],
+                             difference_units(configs[i].limit.vel_q32)) +
+            difference_units(cam[i].slope_q32) *
+                difference_error(&track[MASTER], 0);
+        stands_beside(i);
+        if (controller_couple(&controller, i, &cam[i]) < 0)
+            return false;
+    }
+    play(1, jerk);
+    return true;
+}
+
+static void a_move_of_a_master_takes_any_follower_along(void **state)
+{
+    unsigned played = 0;
+    long double most[3] = { 0 };
+    (void)state;
+    seed_from("followed");
+    for (unsigned i = 0; i < AXES; i++)
+        track[i] = (struct motion_track){ .segment = NULL };
+    for (round_of = 0; played < rounds(200); round_of++) {
+        if (!play_followed())
+            continue;
+        played++;
+        for (unsigned i = FIRST; i < count; i++)
+            for (int k = 0; k < 3; k++)
+                most[k] = fmaxl(most[k], past[i].most[k]);
+    }
+    print_message("%u of %u: followers: %.9Lf of the speeds, %.9Lf of the "
+                  "accelerations, %.9Lf of the jerks\n",
+                  played, round_of, most[0], most[1], most[2]);
+    assert_true(most[0] > 0.9L && most[1] > 0.9L);
+    for (unsigned i = 0; i < AXES; i++)
+        plan_track_free(&track[i]);
+}
+
 /* --- where coefficients are coarse ----------------------------------------------- */
 
 /* For hours, over so many units that set points are steps of 2^-27 and more. */
@@ -353,28 +683,6 @@ static void a_move_that_goes_far_for_hours_never_trips_it(void **state)
 }
 
 /* --- and nothing else --------------------------------------------------------------- */
-
-/* Full speed takes 3 to 1000 ticks, full acceleration a tenth of that to as long, or
- * no time. */
-static void draw_limits(struct controller_axis_config *config, long double vel,
-                        long double period_s)
-{
-    static const long double stops[] = { 1, 1.5L, 5 };
-    const long double takes_s = period_s * 3 * powl(300, draw_unit());
-    const long double acc = fminl(fmaxl(vel / takes_s, 1e-8L), 4e8L);
-    const long double jerk =
-        draw_one_of(3)
-            ? 0
-            : fminl(fmaxl(acc / takes_s * powl(10, draw_unit()), 1e-8L), 4e8L);
-    const long double by = stops[draw_below(3)];
-    *config = (struct controller_axis_config){
-        .pos_min_q32 = -q32(1e9L),
-        .pos_max_q32 = q32(1e9L),
-        .limit = { q32(vel), q32(acc), q32(jerk) },
-        .stop = { q32(vel), q32(acc * by), q32(jerk * by) },
-        .following_floor_q32 = INT64_MAX / 4,
-    };
-}
 
 /* What it lets pass, by halving: the first step, and how far the next may be from it;
  * of what is read from `far`, or from nothing. */
@@ -491,6 +799,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_legal_move_never_trips_it),
+        cmocka_unit_test(a_legal_jog_and_what_follows_it_never_trip_it),
+        cmocka_unit_test(a_move_of_a_master_takes_any_follower_along),
         cmocka_unit_test(a_move_that_goes_far_for_hours_never_trips_it),
         cmocka_unit_test(what_is_beyond_by_more_than_rounding_is_refused),
         cmocka_unit_test(what_is_read_in_coarse_steps_may_be_off_by_them),
