@@ -54,6 +54,7 @@ void machine_view_axes(const struct machine *machine, struct machine_view *view)
             .following_q32 = from->following_q32,
             .demand_q32 = from->target.pos_q32,
             .offset_q32 = from->offset_q32,
+            .cam = from->cam,
             .torque_known = feedback->torque_known,
             .torque_permille = feedback->torque_permille,
             .home_switch = feedback->home_switch,

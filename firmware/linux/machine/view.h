@@ -17,6 +17,7 @@ struct machine_view_axis {
     int64_t pos_q32, vel_q32, following_q32; /* actual; behind its set point */
     int64_t demand_q32;                      /* where it was sent last */
     int64_t offset_q32;                      /* the drive's zero */
+    const struct controller_cam *cam; /* follows another axis; NULL: none */
     bool torque_known;
     int32_t torque_permille;
     bool home_switch, limit_negative, limit_positive, probe_latched;

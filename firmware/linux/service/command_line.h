@@ -91,6 +91,17 @@ bool command_is_steered(const struct command_line *line);
 
 /* --- commands_couple.c --- */
 
+/* Whether a move keeps the couplings there are; else a sentence, `size` long. */
+bool service_couplings_keep(const struct service_control *control,
+                            const struct service_motion *motion, char text[],
+                            size_t size);
+bool service_is_coupled(const struct service_control *control);
+/* The same of what is loaded.  False: it has been refused. */
+bool command_keeps_couplings(const struct command_line *line);
+/* Why the tick did not couple an axis: where its curve is, in place of `text`. */
+const char *service_couple_refusal(const struct service_control *control,
+                                   const struct mailbox_entry *entry,
+                                   char text[], size_t size);
 void command_gear(const struct command_line *line);
 void command_cam(const struct command_line *line);
 void command_uncouple(const struct command_line *line);

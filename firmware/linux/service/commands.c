@@ -38,8 +38,10 @@ void service_command_answer(struct service_control *control,
     if (client == NULL)
         return;
     if (entry->err < 0) {
-        command_line_fail(client, control->id, command_line_error(entry->err),
-                          motion_err_text(entry->err));
+        char text[SERVICE_COUPLE_TEXT_MAX];
+        command_line_fail(
+            client, control->id, command_line_error(entry->err),
+            service_couple_refusal(control, entry, text, sizeof text));
         return;
     }
     cJSON *object = command_line_object(control->id, true);

@@ -1,18 +1,22 @@
 /* firmware/linux/service/commands_couple.c - the commands that let an axis follow
- * another; see command_line.h and firmware/control/couple.h, gear.h. */
+ * another, and what of a move that allows; see command_line.h and
+ * firmware/control/couple.h, gear.h. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "firmware/control/gear.h"
+#include "firmware/host/base/number.h"
 #include "firmware/linux/service/command_line.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-#define COUPLE_KEYS_MAX  1000
-#define COUPLE_VALUE_MAX 1e9
-#define COUPLE_RATIO_MAX 1000.0
-#define COUPLE_OVER_MAX  1e6
-#define COUPLE_AHEAD     10 /* 1 / s: what the tick may take to take it */
+#define COUPLE_KEYS_MAX   1000
+#define COUPLE_VALUE_MAX  1e9
+#define COUPLE_RATIO_MAX  1000.0
+#define COUPLE_OVER_MAX   1e6
+#define COUPLE_AHEAD      10 /* 1 / s: what the tick may take to take it */
+#define COUPLE_INSIDE_Q32 ((int64_t)1 << 12)
 
 void service_cam_free(struct service_control *control)
 {
@@ -67,10 +71,7 @@ static void couple_send_cam(const struct command_line *line, unsigned axis,
                                          .cam = cam };
     if (err < 0)
         command_line_refuse(line, command_line_error(err),
-                            err == MOTION_E_DISCONTINUITY
-                                ? "the slope of the curve steps, expected a "
-                                  "curve without corners, such as c2"
-                                : motion_err_text(err));
+                            motion_err_text(err));
     else
         command_line_send(line, &entry);
 }
@@ -106,17 +107,18 @@ void service_cam_taken(struct service_control *control, unsigned axis)
 
 /* --- a gear --- */
 
-/* A bound of the master: where it is when the follower is `way_q32` from here,
- * which is one end of its range, and a step to the inside. */
-static void couple_end(int64_t m_q32, int64_t way_q32, int64_t ratio_q32,
+/* A bound of the master: where it is when the follower has gone this far, to an end
+ * of its range, but for what rounding may make of that. */
+static void couple_end(int64_t m_q32, int64_t far_q32, int64_t ratio_q32,
                        bool is_high, int64_t *bound_q32)
 {
     int64_t at_q32;
-    if (motion_fixed_muldiv(way_q32, MOTION_FIXED_ONE_Q32, ratio_q32, &at_q32) <
-        0)
-        return;
-    at_q32 += at_q32 > 0 ? -1 : at_q32 < 0 ? 1 : 0;
-    if (motion_fixed_add(m_q32, at_q32, &at_q32) < 0)
+    far_q32 = far_q32 > COUPLE_INSIDE_Q32    ? far_q32 - COUPLE_INSIDE_Q32
+              : far_q32 < -COUPLE_INSIDE_Q32 ? far_q32 + COUPLE_INSIDE_Q32
+                                             : 0;
+    if (motion_fixed_muldiv(far_q32, MOTION_FIXED_ONE_Q32, ratio_q32, &at_q32) <
+            0 ||
+        motion_fixed_add(m_q32, at_q32, &at_q32) < 0)
         return;
     if (is_high ? at_q32 < *bound_q32 : at_q32 > *bound_q32)
         *bound_q32 = at_q32;
@@ -285,4 +287,172 @@ void command_uncouple(const struct command_line *line)
         return;
     entry.axis = (unsigned)axis;
     command_line_send(line, &entry);
+}
+
+/* --- what is coupled, and a move ----------------------------------------------- */
+
+/* A quantity of an axis of the rig, in its own unit. */
+struct couple_text {
+    char text[48];
+};
+static struct couple_text couple_quantity(const struct service_control *control,
+                                          unsigned axis, int64_t value_q32,
+                                          int digits, const char *per)
+{
+    struct couple_text quantity;
+    snprintf(quantity.text, sizeof quantity.text, "%.*g %s%s", digits,
+             number_double(value_q32, 32),
+             units_axis_text(control->rig->axis[axis].unit), per);
+    return quantity;
+}
+
+static const char *couple_name(const struct service_control *control,
+                               unsigned axis)
+{
+    return control->rig->axis[axis].name;
+}
+
+#define COUPLE_TEXT(control, axis, value)                                      \
+    couple_quantity(control, axis, value, 6, "").text
+
+/* It stands off its curve, or the curve is none for it. */
+const char *service_couple_refusal(const struct service_control *control,
+                                   const struct mailbox_entry *entry,
+                                   char text[], size_t size)
+{
+    const struct controller_cam *cam = entry->cam;
+    const struct machine_view_axis *axis = control->state->view.axis;
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample curve;
+    if (control->by_request || entry->command != MAILBOX_COUPLE)
+        return motion_err_text(entry->err);
+    if (entry->err == MOTION_E_DISCONTINUITY)
+        return "the slope of the curve steps, expected a curve without "
+               "corners, such as c2";
+    if (entry->err != MOTION_E_AWAY)
+        return motion_err_text(entry->err);
+    controller_cam_at(cam, &cursor, axis[cam->master].demand_q32, &curve);
+    snprintf(text, size,
+             "%s stands at %s and the curve is at %s where %s is, expected %s "
+             "there, at rest",
+             couple_name(control, entry->axis),
+             COUPLE_TEXT(control, entry->axis, axis[entry->axis].demand_q32),
+             couple_quantity(control, entry->axis, curve.pos_q32, 12, "").text,
+             couple_name(control, cam->master),
+             couple_name(control, entry->axis));
+    return text;
+}
+
+/* Both are in the move: it has to have the same coupling. */
+static bool couple_keeps_track(const struct service_control *control,
+                               unsigned axis, const struct motion_track *own,
+                               const struct motion_track *master, char text[],
+                               size_t size)
+{
+    const struct controller_cam *cam = control->state->view.axis[axis].cam;
+    struct controller_couple_off off;
+    if (controller_couple_judge(cam, own, master, &off))
+        return true;
+    const char *name = couple_name(control, axis);
+    const char *to = couple_name(control, cam->master);
+    const double t_s = number_double(off.t_ns_q12, 12) / 1e9;
+    if (off.off_q32 == 0)
+        snprintf(text, size,
+                 "%s follows %s, which goes to %s at %.3f s of this move and "
+                 "may go from %s to %s as long as it does",
+                 name, to, COUPLE_TEXT(control, cam->master, off.m_q32), t_s,
+                 COUPLE_TEXT(control, cam->master, cam->low_q32),
+                 COUPLE_TEXT(control, cam->master, cam->high_q32));
+    else
+        snprintf(text, size,
+                 "%s follows %s, and this move takes it off that by %s at %.3f "
+                 "s, where %s is at %s: leave %s out of the move and it is "
+                 "taken along, or uncouple it",
+                 name, to, COUPLE_TEXT(control, axis, llabs(off.off_q32)), t_s,
+                 to, COUPLE_TEXT(control, cam->master, off.m_q32), name);
+    return false;
+}
+
+/* It is taken along: as fast as it may, the master may be. */
+static bool couple_keeps_limits(const struct service_control *control,
+                                unsigned axis,
+                                const struct motion_track *master, char text[],
+                                size_t size)
+{
+    static const char *const per[] = { "", "/s", "/s2", "/s3" };
+    const struct controller_cam *cam = control->state->view.axis[axis].cam;
+    const struct controller_axis_config *config =
+        control->loop->machine->controller.config.axis;
+    int64_t peak_q32, most_q32;
+    struct motion_extreme pos;
+    motion_track_extreme(master, MOTION_POS, &pos);
+    if (pos.min < cam->low_q32 - MOTION_TRACK_POS_ROUNDING ||
+        pos.max > cam->high_q32 + MOTION_TRACK_POS_ROUNDING) {
+        snprintf(text, size,
+                 "%s follows %s, which goes from %s to %s in this move and may "
+                 "go from %s to %s as long as it does",
+                 couple_name(control, axis), couple_name(control, cam->master),
+                 COUPLE_TEXT(control, cam->master, pos.min),
+                 COUPLE_TEXT(control, cam->master, pos.max),
+                 COUPLE_TEXT(control, cam->master, cam->low_q32),
+                 COUPLE_TEXT(control, cam->master, cam->high_q32));
+        return false;
+    }
+    const enum motion_quantity over = controller_cam_over(
+        cam, &config[axis], &config[cam->master], master, &peak_q32, &most_q32);
+    if (over == MOTION_POS)
+        return true;
+    snprintf(text, size,
+             "%s cannot be taken along: %s goes at up to %s in this move, and "
+             "may at %s at most as long as %s follows it",
+             couple_name(control, axis), couple_name(control, cam->master),
+             couple_quantity(control, cam->master, peak_q32, 6, per[over]).text,
+             couple_quantity(control, cam->master, most_q32, 6, per[over]).text,
+             couple_name(control, axis));
+    return false;
+}
+
+bool service_is_coupled(const struct service_control *control)
+{
+    for (unsigned i = 0; i < control->rig->axis_count; i++)
+        if (control->state->view.axis[i].cam != NULL)
+            return true;
+    return false;
+}
+
+bool service_couplings_keep(const struct service_control *control,
+                            const struct service_motion *motion, char text[],
+                            size_t size)
+{
+    for (unsigned i = 0; i < control->rig->axis_count; i++) {
+        const struct controller_cam *cam = control->state->view.axis[i].cam;
+        const struct motion_track *own = motion->track[i];
+        const struct motion_track *master =
+            cam != NULL ? motion->track[cam->master] : NULL;
+        if (cam == NULL || (own == NULL && master == NULL))
+            continue;
+        if (master == NULL) {
+            snprintf(text, size,
+                     "%s follows %s, which this move leaves where it is: leave "
+                     "%s out of the move, or uncouple it",
+                     couple_name(control, i), couple_name(control, cam->master),
+                     couple_name(control, i));
+            return false;
+        }
+        if (own == NULL
+                ? !couple_keeps_limits(control, i, master, text, size)
+                : !couple_keeps_track(control, i, own, master, text, size))
+            return false;
+    }
+    return true;
+}
+
+bool command_keeps_couplings(const struct command_line *line)
+{
+    char text[SERVICE_COUPLE_TEXT_MAX];
+    if (service_couplings_keep(line->control, &line->control->move->motion,
+                               text, sizeof text))
+        return true;
+    command_line_refuse(line, "STATE", text);
+    return false;
 }

@@ -92,11 +92,18 @@ void service_command_planned(struct service_control *control,
     struct service_client *client = command_planner(control);
     const bool loads = client != NULL && client->plan_loads &&
                        client == control->holder && move->status == STATUS_OK;
+    char text[SERVICE_COUPLE_TEXT_MAX];
     if (client == NULL) {
         service_move_free(move);
         return;
     }
     client->planning = false;
+    if (move->status == STATUS_OK &&
+        !service_couplings_keep(control, &move->motion, text, sizeof text)) {
+        command_line_fail(client, client->plan_id, "STATE", text);
+        service_move_free(move);
+        return;
+    }
     if (loads && !command_may_load(control)) {
         command_line_fail(client, client->plan_id, "STATE",
                           "a move is loaded at rest only");
@@ -158,7 +165,7 @@ void command_start(const struct command_line *line)
     struct service_request request = { .kind = SERVICE_START };
     const cJSON *ping_pong = command_line_member(line, "ping_pong");
     double times;
-    if (!command_has_move(line))
+    if (!command_has_move(line) || !command_keeps_couplings(line))
         return;
     const struct plan_move *move = &line->control->move->job.move;
     const bool by_move =
@@ -246,7 +253,8 @@ static bool command_go_key(const struct command_line *line, int64_t *t_ns_q12)
 void command_go(const struct command_line *line)
 {
     struct service_request request = { .kind = SERVICE_GO, .times = 1 };
-    if (!command_has_move(line) || !command_may_repeat(line) ||
+    if (!command_has_move(line) || !command_keeps_couplings(line) ||
+        !command_may_repeat(line) ||
         !(command_line_member(line, "key") != NULL
               ? command_go_key(line, &request.at_ns_q12)
               : command_go_time(line, &request.at_ns_q12)))
@@ -259,10 +267,17 @@ void command_approach(const struct command_line *line)
 {
     struct service_control *control = line->control;
     struct service_request request = { .kind = SERVICE_START, .times = 1 };
-    if (!command_has_move(line))
+    if (!command_has_move(line) || !command_keeps_couplings(line))
         return;
     if (control->state->state != CONTROLLER_READY || control->state->homing) {
         command_line_refuse(line, "STATE", motion_err_text(MOTION_E_STATE));
+        return;
+    }
+    if (service_is_coupled(control)) { /* those that follow are taken along */
+        request.kind = SERVICE_GO;
+        request.stands = true;
+        request.motion = &control->move->motion;
+        command_line_request(line, &request);
         return;
     }
     const int any =

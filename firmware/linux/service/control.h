@@ -12,8 +12,9 @@
 #include "firmware/linux/service/loop.h"
 #include "firmware/linux/service/planner.h"
 
-#define SERVICE_VERSION     1
-#define SERVICE_FOLLOW_TEXT 200
+#define SERVICE_VERSION         1
+#define SERVICE_FOLLOW_TEXT     200
+#define SERVICE_COUPLE_TEXT_MAX 400
 
 /* What an axis follows another by: two, of which the tick has one at most. */
 struct service_cam {

@@ -236,29 +236,19 @@ static bool loop_plays(const struct service_loop *loop,
     return playback->is_loaded && playback->state != PLAYBACK_IDLE;
 }
 
-/* On the way to a place of it nobody would follow. */
-static bool loop_is_coupled(const struct service_loop *loop)
-{
-    for (unsigned i = 0; i < loop->machine->rig->axis_count; i++)
-        if (loop->machine->controller.axis[i].cam != NULL)
-            return true;
-    return false;
-}
-
 /* From where the axes are, or from where it is held. */
 static int loop_go(struct service_loop *loop,
                    const struct service_request *request)
 {
     int err = MOTION_OK;
-    if (loop_is_coupled(loop))
-        err = MOTION_E_STATE;
-    else if (loop->machine->controller.state == CONTROLLER_READY)
+    if (loop->machine->controller.state == CONTROLLER_READY)
         err = loop_load(loop, request);
     else if (!loop_plays(loop, request->motion))
         err = MOTION_E_STATE;
-    return err < 0 ? err
-                   : playback_go(&loop->machine->playback, request->at_ns_q12,
-                                 PLAYBACK_HOLD);
+    return err < 0
+               ? err
+               : playback_go(&loop->machine->playback, request->at_ns_q12,
+                             request->stands ? PLAYBACK_STAND : PLAYBACK_HOLD);
 }
 
 static int loop_answer(struct service_loop *loop,

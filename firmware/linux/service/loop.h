@@ -39,7 +39,8 @@ enum service_request_kind { SERVICE_START, SERVICE_HOME, SERVICE_GO };
 struct service_request {
     enum service_request_kind kind;
     const struct service_motion *motion; /* START, GO: outlives the move */
-    int64_t at_ns_q12;                   /* GO: to there, and held */
+    int64_t at_ns_q12;                   /* GO: to there, and held, */
+    bool stands;                         /* or READY */
     int64_t times;                       /* 0: until a stop */
     bool is_ping_pong;
     struct run_follow *follow; /* START: a clock that begins it; NULL: none */
