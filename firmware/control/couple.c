@@ -10,6 +10,7 @@
 
 #define COUPLE_SECOND_NS  INT64_C(1000000000)
 #define COUPLE_WINDOW_Q32 ((int64_t)1 << 12)
+#define COUPLE_SHIFT_MAX  13
 
 /* --- a cam --- */
 
@@ -17,19 +18,30 @@ int64_t controller_cam_ns_q12(const struct controller_cam *cam, int64_t m_q32)
 {
     int64_t t_ns_q12;
     if (m_q32 <= cam->low_q32 ||
-        motion_fixed_mulshift(m_q32 - cam->low_q32, MOTION_FIXED_S_Q12, 32,
-                              &t_ns_q12) < 0)
+        motion_fixed_mulshift(m_q32 - cam->low_q32, MOTION_FIXED_S_Q12,
+                              32u + cam->shift, &t_ns_q12) < 0)
         return 0;
     return t_ns_q12 < cam->track->end_ns_q12 ? t_ns_q12
                                              : cam->track->end_ns_q12;
 }
 
-/* No less than it is: a state is rounded by a unit. */
-static int64_t couple_largest(const struct motion_track *track,
+uint8_t controller_cam_shift(int64_t low_q32, int64_t high_q32)
+{
+    uint8_t shift = 0;
+    while (shift < COUPLE_SHIFT_MAX &&
+           ((uint64_t)high_q32 - (uint64_t)low_q32) >> (32 + 18 + shift) != 0)
+        shift++;
+    return shift;
+}
+
+/* By the master's unit, and no less than it is: a state is rounded by a unit. */
+static int64_t couple_largest(const struct controller_cam *cam,
                               enum motion_quantity quantity)
 {
-    const int64_t largest = controller_largest(track, quantity);
-    return largest > 0 && largest < INT64_MAX ? largest + 1 : largest;
+    const int64_t largest = controller_largest(cam->track, quantity);
+    return largest > 0 && largest < INT64_MAX
+               ? (largest >> ((unsigned)quantity * cam->shift)) + 1
+               : largest;
 }
 
 int controller_cam_init(struct controller_cam *cam)
@@ -38,13 +50,13 @@ int controller_cam_init(struct controller_cam *cam)
     int64_t long_ns_q12;
     if (cam->low_q32 >= cam->high_q32 || cam->track->count == 0 ||
         motion_fixed_mulshift(cam->high_q32 - cam->low_q32, MOTION_FIXED_S_Q12,
-                              32, &long_ns_q12) < 0 ||
+                              32u + cam->shift, &long_ns_q12) < 0 ||
         motion_fixed_abs(cam->track->end_ns_q12 - long_ns_q12) >
             MOTION_FIXED_NS_Q12)
         return MOTION_E_ARG;
-    cam->slope_q32 = couple_largest(cam->track, MOTION_VEL);
-    cam->second_q32 = couple_largest(cam->track, MOTION_ACC);
-    cam->third_q32 = couple_largest(cam->track, MOTION_JERK);
+    cam->slope_q32 = couple_largest(cam, MOTION_VEL);
+    cam->second_q32 = couple_largest(cam, MOTION_ACC);
+    cam->third_q32 = couple_largest(cam, MOTION_JERK);
     motion_track_extreme(cam->track, MOTION_POS, &pos);
     cam->window_q32 = COUPLE_WINDOW_Q32 + ((pos.max - pos.min) >> 30);
     return MOTION_OK;
@@ -65,18 +77,19 @@ static void couple_at(const struct controller_cam *cam,
                       struct motion_cursor *cursor, struct motion_sample *out)
 {
     struct motion_sample curve;
-    int64_t square_q32, part_q32;
+    const unsigned shift = cam->shift;
+    int64_t bend_q32, part_q32;
     controller_cam_at(cam, cursor, master->pos_q32, &curve);
     *out = (struct motion_sample){ .pos_q32 = curve.pos_q32 + cam->offset_q32 };
-    if (motion_fixed_mulshift(curve.vel_q32, master->vel_q32, 32,
+    if (motion_fixed_mulshift(curve.vel_q32, master->vel_q32, 32 + shift,
                               &out->vel_q32) < 0)
         out->vel_q32 = 0;
-    if (motion_fixed_mulshift(curve.vel_q32, master->acc_q32, 32,
+    if (motion_fixed_mulshift(curve.vel_q32, master->acc_q32, 32 + shift,
                               &out->acc_q32) < 0)
         out->acc_q32 = 0;
-    if (motion_fixed_mulshift(master->vel_q32, master->vel_q32, 32,
-                              &square_q32) == MOTION_OK &&
-        motion_fixed_mulshift(square_q32, curve.acc_q32, 32, &part_q32) ==
+    if (motion_fixed_mulshift(curve.acc_q32, master->vel_q32, 32 + 2 * shift,
+                              &bend_q32) == MOTION_OK &&
+        motion_fixed_mulshift(bend_q32, master->vel_q32, 32, &part_q32) ==
             MOTION_OK &&
         motion_fixed_add(out->acc_q32, part_q32, &part_q32) == MOTION_OK)
         out->acc_q32 = part_q32;
@@ -334,6 +347,10 @@ static bool couple_curve_joins(const struct controller *controller,
     most.vel_q32 = couple_share(most.vel_q32, limit.vel_q32, 1);
     most.acc_q32 = couple_share(couple_share(most.acc_q32, limit.vel_q32, 1),
                                 limit.vel_q32, 1);
+    most.vel_q32 =
+        motion_fixed_muldiv_sat(most.vel_q32, (int64_t)1 << cam->shift, 1);
+    most.acc_q32 =
+        motion_fixed_muldiv_sat(most.acc_q32, (int64_t)1 << 2 * cam->shift, 1);
     return couple_joins(cam->track, &most, false);
 }
 

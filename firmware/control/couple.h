@@ -2,7 +2,8 @@
  * where a curve over the position of another axis says.
  *
  * The curve is a track that is read by the master's place in the place of time:
- * one unit of the master is one second of it.  A gear is a straight line.  The
+ * one unit of the master is one second of it, or 2^-shift s where it goes further than
+ * a track is long.  A gear is a straight line.  The
  * follower is told its place, speed and acceleration in the same tick as the
  * master, by the chain rule
  *     p = C(m) + o    v = C'(m) m'    a = C''(m) m'^2 + C'(m) m''
@@ -38,6 +39,7 @@ struct controller_cam {
     unsigned master;
     const struct motion_track *track; /* the follower's, by (m - low) */
     int64_t low_q32, high_q32;        /* of the master, low < high */
+    uint8_t shift;                    /* controller_cam_shift, 0 .. 13 */
     /* by controller_cam_init: of the follower's unit per the master's, its
      * square and its cube, the largest there are */
     int64_t slope_q32, second_q32, third_q32;
@@ -47,6 +49,8 @@ struct controller_cam {
     int64_t offset_q32; /* o, the controller's while it is coupled */
 };
 
+/* The least with which a segment may be as long as that. */
+uint8_t controller_cam_shift(int64_t low_q32, int64_t high_q32);
 /* Fills in the rest.  MOTION_E_ARG: no range, or a track that is not as long.  Not
  * on the tick. */
 int controller_cam_init(struct controller_cam *cam);

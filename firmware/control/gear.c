@@ -7,9 +7,20 @@
 #include "motion/core/fixed.h"
 
 /* Of the master, as time of the track. */
-static int gear_ns_q12(int64_t distance_q32, int64_t *ns_q12)
+static int gear_ns_q12(const struct controller_gear *gear, int64_t distance_q32,
+                       int64_t *ns_q12)
 {
-    return motion_fixed_mulshift(distance_q32, MOTION_FIXED_S_Q12, 32, ns_q12);
+    const uint8_t shift = controller_cam_shift(gear->low_q32, gear->high_q32);
+    return motion_fixed_mulshift(distance_q32, MOTION_FIXED_S_Q12, 32u + shift,
+                                 ns_q12);
+}
+
+/* The ratio, by time of the track. */
+static int gear_slope(const struct controller_gear *gear, int64_t *slope_q32)
+{
+    const uint8_t shift = controller_cam_shift(gear->low_q32, gear->high_q32);
+    return motion_fixed_muldiv(gear->ratio_q32, (int64_t)1 << shift, 1,
+                               slope_q32);
 }
 
 /* How far it goes with the master, without the blend. */
@@ -47,13 +58,15 @@ static int gear_forwards(const struct controller_gear *gear,
     const int64_t end_q32 = gear->begin_q32 + gear->over_q32;
     *first_q32 = gear->place_q32;
     stretch[0].to_q32 = gear->place_q32;
-    stretch[1].slope_q32[1] = gear->ratio_q32;
-    stretch[2].slope_q32[0] = stretch[2].slope_q32[1] = gear->ratio_q32;
-    int err = gear_ns_q12(gear->begin_q32 - gear->low_q32, &stretch[0].ns_q12);
+    int err = gear_slope(gear, &stretch[1].slope_q32[1]);
+    stretch[2].slope_q32[0] = stretch[2].slope_q32[1] = stretch[1].slope_q32[1];
     if (err == MOTION_OK)
-        err = gear_ns_q12(gear->over_q32, &stretch[1].ns_q12);
+        err = gear_ns_q12(gear, gear->begin_q32 - gear->low_q32,
+                          &stretch[0].ns_q12);
     if (err == MOTION_OK)
-        err = gear_ns_q12(gear->high_q32 - end_q32, &stretch[2].ns_q12);
+        err = gear_ns_q12(gear, gear->over_q32, &stretch[1].ns_q12);
+    if (err == MOTION_OK)
+        err = gear_ns_q12(gear, gear->high_q32 - end_q32, &stretch[2].ns_q12);
     if (err == MOTION_OK)
         err = gear_place(gear->place_q32, gear->ratio_q32, gear->over_q32 / 2,
                          &stretch[1].to_q32);
@@ -66,14 +79,16 @@ static int gear_backwards(const struct controller_gear *gear,
                           struct gear_stretch stretch[], int64_t *first_q32)
 {
     const int64_t end_q32 = gear->begin_q32 - gear->over_q32;
-    stretch[0].slope_q32[0] = stretch[0].slope_q32[1] = gear->ratio_q32;
-    stretch[1].slope_q32[0] = gear->ratio_q32;
     stretch[1].to_q32 = stretch[2].to_q32 = gear->place_q32;
-    int err = gear_ns_q12(end_q32 - gear->low_q32, &stretch[0].ns_q12);
+    int err = gear_slope(gear, &stretch[1].slope_q32[0]);
+    stretch[0].slope_q32[0] = stretch[0].slope_q32[1] = stretch[1].slope_q32[0];
     if (err == MOTION_OK)
-        err = gear_ns_q12(gear->over_q32, &stretch[1].ns_q12);
+        err = gear_ns_q12(gear, end_q32 - gear->low_q32, &stretch[0].ns_q12);
     if (err == MOTION_OK)
-        err = gear_ns_q12(gear->high_q32 - gear->begin_q32, &stretch[2].ns_q12);
+        err = gear_ns_q12(gear, gear->over_q32, &stretch[1].ns_q12);
+    if (err == MOTION_OK)
+        err = gear_ns_q12(gear, gear->high_q32 - gear->begin_q32,
+                          &stretch[2].ns_q12);
     if (err == MOTION_OK)
         err = gear_place(gear->place_q32, -gear->ratio_q32, gear->over_q32 / 2,
                          &stretch[0].to_q32);
@@ -112,5 +127,6 @@ int controller_gear_cam(const struct controller_gear *gear,
     cam->track = track;
     cam->low_q32 = gear->low_q32;
     cam->high_q32 = gear->high_q32;
+    cam->shift = controller_cam_shift(gear->low_q32, gear->high_q32);
     return controller_cam_init(cam);
 }

@@ -76,28 +76,30 @@ static void couple_send_cam(const struct command_line *line, unsigned axis,
         command_line_send(line, &entry);
 }
 
+/* The keys have how far the master is from the first in the place of a time. */
 static void couple_send(const struct command_line *line, unsigned axis,
                         unsigned master, const struct plan_axis *curve)
 {
-    const struct service_cam *own = &line->control->cam[axis];
+    const int64_t low_q32 = line->control->cam[axis].low_q32;
     const struct plan_key *last = &curve->key[curve->key_count - 1];
     struct motion_track *track;
     struct controller_cam *cam = couple_spare(line, axis, master, &track);
     struct plan_error error;
-    int64_t long_q32;
     if (cam == NULL)
         return;
-    const int err = plan_axis_track(curve, track, &error);
-    if (err < 0) {
-        command_line_refuse(line, command_line_error(err), error.text);
-        return;
-    }
-    (void)motion_fixed_muldiv(last->key.t_ns_q12, MOTION_FIXED_ONE_Q32,
-                              MOTION_FIXED_S_Q12, &long_q32);
     cam->track = track;
-    cam->low_q32 = own->low_q32;
-    cam->high_q32 = own->low_q32 + long_q32;
-    couple_send_cam(line, axis, cam, controller_cam_init(cam));
+    cam->low_q32 = low_q32;
+    cam->high_q32 = low_q32 + last->key.t_ns_q12;
+    cam->shift = controller_cam_shift(cam->low_q32, cam->high_q32);
+    for (uint32_t i = 0; i < curve->key_count; i++)
+        (void)motion_fixed_mulshift(curve->key[i].key.t_ns_q12,
+                                    MOTION_FIXED_S_Q12, 32u + cam->shift,
+                                    &curve->key[i].key.t_ns_q12);
+    const int err = plan_axis_track(curve, track, &error);
+    if (err < 0)
+        command_line_refuse(line, command_line_error(err), error.text);
+    else
+        couple_send_cam(line, axis, cam, controller_cam_init(cam));
 }
 
 void service_cam_taken(struct service_control *control, unsigned axis)
@@ -208,25 +210,24 @@ void command_gear(const struct command_line *line)
         return;
     }
     couple_ends(m_q32, f_q32, of, ratio_q32, &low_q32, &high_q32);
-    if (low_q32 >= high_q32 ||
-        motion_fixed_mulshift(ratio_q32, low_q32 - m_q32, 32,
-                              &key[0].key.pos_q32) < 0 ||
-        motion_fixed_mulshift(ratio_q32, high_q32 - m_q32, 32,
-                              &key[1].key.pos_q32) < 0 ||
-        motion_fixed_muldiv(high_q32 - low_q32, MOTION_FIXED_S_Q12,
-                            MOTION_FIXED_ONE_Q32, &key[1].key.t_ns_q12) < 0) {
+    /* to the last digit also where 2^-32 of the ratio is some */
+    const double far[2] = { ratio * (double)(low_q32 - m_q32),
+                            ratio * (double)(high_q32 - m_q32) };
+    if (low_q32 >= high_q32 || !(fabs(far[0]) < 0x1p62) ||
+        !(fabs(far[1]) < 0x1p62) ||
+        motion_fixed_sub(high_q32, low_q32, &key[1].key.t_ns_q12) < 0 ||
+        motion_fixed_add(f_q32, llrint(far[0]), &key[0].key.pos_q32) < 0 ||
+        motion_fixed_add(f_q32, llrint(far[1]), &key[1].key.pos_q32) < 0) {
         command_line_refuse(line, "LIMIT", motion_err_text(MOTION_E_LIMIT));
         return;
     }
-    key[0].key.pos_q32 += f_q32;
-    key[1].key.pos_q32 += f_q32;
     line->control->cam[axis].low_q32 = low_q32;
     couple_send(line, axis, master, &curve);
 }
 
 /* --- a cam --- */
 
-/* [[master, follower], ...] in their own units.  NULL: it has been refused;
+/* [[master, follower], ...] in their own units, as couple_send has them.  NULL: it has been refused;
  * else to be freed. */
 static struct plan_key *couple_keys(const struct command_line *line,
                                     uint32_t *count, int64_t *low_q32)
@@ -248,9 +249,7 @@ static struct plan_key *couple_keys(const struct command_line *line,
         struct motion_key *own = &key[*count].key;
         if (*count == 0)
             *low_q32 = m_q32;
-        if (motion_fixed_muldiv(m_q32 - *low_q32, MOTION_FIXED_S_Q12,
-                                MOTION_FIXED_ONE_Q32, &own->t_ns_q12) < 0)
-            break;
+        own->t_ns_q12 = m_q32 - *low_q32;
         own->pos_q32 = llrint(f * (double)MOTION_FIXED_ONE_Q32);
         (*count)++;
     }

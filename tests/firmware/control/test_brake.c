@@ -82,7 +82,7 @@ static long double draw_in(long double low, long double high)
     return low + (high - low) * draw_unit();
 }
 
-/* Of a rig of 10^-3 to 6000 units/s; full speed takes 20 to 300 ms, full acceleration 5
+/* Of a rig of 10^-3 to 30,000 units/s; full speed takes 20 to 300 ms, full acceleration 5
  * to 50, or no time. */
 static void draw_axis(struct controller_axis_config *config, long double scale)
 {
@@ -114,7 +114,7 @@ static void draw_rig(void)
     bus = (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 };
     estop.gpio.ops = &estop_ops;
     estop.level = 0;
-    const long double scale = powl(10, draw_in(-3, 2.8L));
+    const long double scale = powl(10, draw_in(-3, 3.5L));
     ideal_period_ns = config.period_ns = periods[draw_below(4)];
     for (int i = 0; i < AXES; i++) {
         draw_axis(&configs[i], scale);

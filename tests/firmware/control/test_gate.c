@@ -362,28 +362,35 @@ static void stands_beside(unsigned i)
     tick("standing", false);
 }
 
+/* Over +-reach of the master; how long that is as time. */
+static long double begin_cam(unsigned i, long double reach)
+{
+    cam[i] = (struct controller_cam){
+        .master = MASTER,
+        .track = &track[i],
+        .low_q32 = -q32(reach),
+        .high_q32 = q32(reach),
+        .shift = controller_cam_shift(-q32(reach), q32(reach)),
+    };
+    return ldexpl(2 * reach, -cam[i].shift);
+}
+
 static bool draw_gear(unsigned i, long double ratio, long double reach)
 {
-    cam[i] = (struct controller_cam){ .master = MASTER,
-                                      .track = &track[i],
-                                      .low_q32 = -q32(reach),
-                                      .high_q32 = q32(reach) };
+    const long double long_s = begin_cam(i, reach);
     track[i].segment = calloc(1, sizeof *track[i].segment);
     motion_track_init(&track[i], track[i].segment, 1, -q32(ratio * reach));
     return motion_track_append_line(
-               &track[i], llrintl(2 * reach * (long double)MOTION_FIXED_S_Q12),
+               &track[i], llrintl(long_s * (long double)MOTION_FIXED_S_Q12),
                q32(ratio * reach)) == MOTION_OK;
 }
 
 static bool draw_cam(unsigned i, long double ratio, long double reach)
 {
-    const long double every = 2 * reach / (KEYS - 1);
-    cam[i] = (struct controller_cam){ .master = MASTER,
-                                      .track = &track[i],
-                                      .low_q32 = -q32(reach) };
-    if (!draw_spline(&track[i], ratio * every, every) ||
-        motion_fixed_muldiv(track[i].end_ns_q12, UNIT, MOTION_FIXED_S_Q12,
-                            &cam[i].high_q32) < 0)
+    const long double every_s = begin_cam(i, reach) / (KEYS - 1);
+    if (!draw_spline(&track[i], ratio * 2 * reach / (KEYS - 1), every_s) ||
+        motion_fixed_muldiv(track[i].end_ns_q12, UNIT << cam[i].shift,
+                            MOTION_FIXED_S_Q12, &cam[i].high_q32) < 0)
         return false;
     cam[i].high_q32 += cam[i].low_q32;
     return true;

@@ -25,7 +25,7 @@ static const char rig_text[] =
     "    following_error: {floor: 40000 count, time: 50 ms}\n"
     "    drive: {kind: virtual}\n";
 
-enum { DOLLY, PAN };
+enum { DOLLY, PAN, ENCODER };
 
 #define LOAD(text)  "{\"command\":\"load\",\"text\":\"" text "\"}"
 #define CHECK(text) "{\"command\":\"check\",\"text\":\"" text "\"}"
@@ -236,6 +236,30 @@ static void gears_of_any_ratio_are_jogged(void **state)
     }
 }
 
+/* A track is three days long at most, and a unit of the master is a second of it. */
+static void what_counts_its_way_is_a_master_too(void **state)
+{
+    (void)state;
+    done(file, "{\"command\":\"gear\",\"axis\":\"pan\",\"to\":\"encoder\","
+               "\"ratio\":0.0005}");
+    for (int k = 0; k < 2; k++) {
+        done(file, k == 0 ? "{\"command\":\"jog\",\"axis\":\"encoder\","
+                            "\"speed\":500000,\"to\":1900000,\"for\":2}"
+                          : "{\"command\":\"jog\",\"axis\":\"encoder\","
+                            "\"speed\":500000,\"to\":-200000,\"for\":2}");
+        for (int i = 0; i < 390; i++)
+            tick();
+        assert_true(fabs(demand(PAN) - 0.0005 * demand(ENCODER)) < 1e-6);
+        assert_true(fabs(demand(PAN)) > 50);
+        until(CONTROLLER_READY);
+    }
+    done(file, UNCOUPLE);
+    refused(file,
+            "{\"command\":\"cam\",\"axis\":\"pan\",\"to\":\"encoder\","
+            "\"keys\":[[-2000000, 0], [0, 300], [2000000, 900]]}",
+            "AWAY", "pan stands at ");
+}
+
 static void a_cam_says_where_its_curve_is(void **state)
 {
     (void)state;
@@ -297,6 +321,7 @@ int main(void)
         COUPLE_TEST(a_move_of_the_other_alone_takes_it_along),
         COUPLE_TEST(a_move_with_the_same_coupling_is_played),
         COUPLE_TEST(gears_of_any_ratio_are_jogged),
+        COUPLE_TEST(what_counts_its_way_is_a_master_too),
         COUPLE_TEST(a_cam_says_where_its_curve_is),
         COUPLE_TEST(moves_with_an_override_never_trip_the_gate),
     };
