@@ -20,6 +20,10 @@
 #include "firmware/linux/service/control.h"
 #include "hal/support/crc32.h"
 
+static const struct service_plan_limit service_bench_plan = {
+    .mib = 1024, /* with sanitizers */
+};
+
 struct service_bench {
     char directory[32], socket[64], rig_path[64];
     const char *rig_text;
@@ -70,8 +74,8 @@ static inline int service_bench_open(struct service_bench *self,
     control->rig = &self->rig;
     control->rig_path = self->rig_path;
     control->rig_crc = crc32_of(0, rig_text, strlen(rig_text));
-    if (service_planner_start(&control->planner, self->rig_path, rig_text,
-                              strlen(rig_text)) != 0)
+    if (service_planner_start(&control->planner, &self->rig, self->rig_path,
+                              &service_bench_plan) != 0)
         return -1;
     return service_clients_open(&control->clients, self->socket, 0600) < 0
                ? -1
@@ -127,11 +131,7 @@ static inline int service_bench_ready(struct service_bench *self,
 
 static inline bool service_bench_plans(const struct service_bench *self)
 {
-    for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
-        if (self->control.clients.client[i].file >= 0 &&
-            self->control.clients.client[i].planning)
-            return true;
-    return false;
+    return self->control.planner.works;
 }
 
 /* A new client; it never waits. */

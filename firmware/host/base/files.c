@@ -1,11 +1,17 @@
 /* firmware/host/base/files.c - see files.h. */
 #include "firmware/host/base/files.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
+
+const char *files_error(int err)
+{
+    return err == FILES_E_KIND    ? "it is not a regular file"
+           : err == FILES_E_PLACE ? "it is not below the folder of the rig"
+                                  : strerror(-err);
+}
 
 /* --- all of it --- */
 

@@ -6,6 +6,7 @@
 #ifndef FIRMWARE_HOST_BASE_FILES_H
 #define FIRMWARE_HOST_BASE_FILES_H
 
+#include <errno.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -19,8 +20,11 @@
 #define FILES_NAME_MAX  40
 #define FILES_NAMES_MAX 64
 
-/* What fails returns a negative errno. */
+/* What fails returns a negative errno; files_error has the words. */
 struct files {
+    /* The same files for what a file names: regular ones alone, so that opening
+     * one never waits and does nothing else.  NULL: there are no others. */
+    const struct files *regular;
     /* A file to be read, 0 or more. */
     int (*open)(const struct files *files, const char *path);
     void (*close)(const struct files *files, int file);
@@ -41,6 +45,18 @@ struct files {
     unsigned (*names)(const struct files *files, const char *kind,
                       char name[FILES_NAMES_MAX][FILES_NAME_MAX]);
 };
+
+/* For what a file names. */
+static inline const struct files *files_regular(const struct files *files)
+{
+    return files->regular != NULL ? files->regular : files;
+}
+
+/* What is not a regular file, and what lies elsewhere than it may. */
+#define FILES_E_KIND  (-ESPIPE)
+#define FILES_E_PLACE (-EXDEV)
+/* The words for a negative errno: strerror, and those of the two above. */
+const char *files_error(int err);
 
 /* All of a file of at most `max` bytes, with a 0 after them; *data is to be
  * freed.  Its length, or a negative errno: EFBIG when there is more. */

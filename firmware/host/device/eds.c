@@ -241,7 +241,7 @@ int eds_load(const struct files *files, const char *path, struct eds *eds,
 
     memset(eds, 0, sizeof *eds);
     if (err < 0) {
-        snprintf(message, EDS_MESSAGE_MAX, "%s: %s", path, strerror(-err));
+        snprintf(message, EDS_MESSAGE_MAX, "%s: %s", path, files_error(err));
         return -1;
     }
     err = eds_read(&reader, &lines);

@@ -237,6 +237,16 @@ enum status job_open(struct job *job, const struct files *files,
     return job_open_zeroed(job, files, rig_path, move_path, any, NULL);
 }
 
+enum status job_open_on(struct job *job, const struct files *files,
+                        const struct rig *rig, const char *rig_path,
+                        const char *move_path,
+                        const struct plan_progress *progress)
+{
+    memset(job, 0, sizeof *job);
+    job->progress = progress;
+    return job_open_zeroed(job, files, rig_path, move_path, false, rig);
+}
+
 enum status job_open_again(struct job *job, const struct files *files,
                            const char *rig_path, const char *move_path,
                            const struct job *former, const struct rig *rig)

@@ -97,6 +97,12 @@ struct job {
 enum status job_open(struct job *job, const struct files *files,
                      const char *rig_path, const char *move_path, bool any,
                      const struct plan_progress *progress);
+/* The same of a move file, for a rig that has been read and must outlive the job;
+ * rig_path is its name in messages. */
+enum status job_open_on(struct job *job, const struct files *files,
+                        const struct rig *rig, const char *rig_path,
+                        const char *move_path,
+                        const struct plan_progress *progress);
 /* The same for a move that is planned again and again: it keeps what the next
  * plan can take over, and takes over what `former` (of the same, NULL: none) has
  * kept.  Tracks and violations are those of job_open, to the bit.  `former` must

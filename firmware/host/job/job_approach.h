@@ -7,11 +7,11 @@
 
 #define JOB_APPROACH_SEGMENTS 8
 
-/* At rest to where axis `axis` of the move is at `t_ns_q12`, at a quarter of its
+/* At rest to where the track of an axis is at `t_ns_q12`, at a quarter of its
  * limits, onto `track`, which is empty at where the axis stands and has room for
  * JOB_APPROACH_SEGMENTS.  1, or 0 where it stands there; as
  * motion_ease_append_limited. */
-int job_approach(const struct job *job, unsigned axis, int64_t t_ns_q12,
-                 struct motion_track *track);
+int job_approach(const struct plan_limit *limit, const struct motion_track *to,
+                 int64_t t_ns_q12, struct motion_track *track);
 
 #endif

@@ -18,5 +18,10 @@ uint32_t job_shots_closest(const struct plan_shots *shots, int64_t rate_q30,
  * played at `rate_q30`?  When not, an error per line. */
 bool job_shots_check(const struct job *job, int64_t rate_q30,
                      struct messages *messages);
+/* The same of shots by line of a rig, of the file `path`; event NULL: their rules
+ * are not known. */
+bool job_shots_keep_up(const struct rig *rig, const struct plan_shots shots[],
+                       const struct plan_event event[], const char *path,
+                       int64_t rate_q30, struct messages *messages);
 
 #endif

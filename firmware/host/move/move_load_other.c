@@ -62,8 +62,8 @@ static int move_read_other_file(void *reader, const struct yaml_value *value,
     if (move_beside(self, value, path, sizeof path) < 0)
         return -1;
     snprintf(other->file, sizeof other->file, "%s", yaml_value_text(value));
-    return move_load_as(self->files, path, true, self->rig, other->move,
-                        value->tree->report.message);
+    return move_load_as(files_regular(self->files), path, true, self->rig,
+                        other->move, value->tree->report.message);
 }
 
 static int move_read_fade_weight(void *reader, const struct yaml_value *value,

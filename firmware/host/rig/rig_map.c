@@ -35,8 +35,8 @@ static int rig_load_map(const struct rig_reader *self,
     rig->map_path = memory_pool_more(&rig->memory, rig->map_path,
                                      rig->map_count, sizeof *rig->map_path);
     memcpy(rig->map_path[*index], path, strlen(path) + 1);
-    if (modbus_map_load(self->files, path, &rig->map[*index], report->message) <
-        0)
+    if (modbus_map_load(files_regular(self->files), path, &rig->map[*index],
+                        report->message) < 0)
         return -1;
     rig->map_count++;
     return 0;

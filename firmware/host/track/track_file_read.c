@@ -57,14 +57,16 @@ static bool track_file_is_whole(const struct track_file_bytes *at, size_t size)
 bool track_file_is(const struct files *files, const char *path)
 {
     char magic[TRACK_FILE_MAGIC_BYTES], ignored[TRACK_FILE_MESSAGE_MAX];
-    const struct track_file file = { .files = files,
-                                     .file = files->open(files, path) };
+    /* A pipe is no compiled move, and what was read of it would be gone. */
+    const struct files *regular = files_regular(files);
+    const struct track_file file = { .files = regular,
+                                     .file = regular->open(regular, path) };
     if (file.file < 0)
         return false;
     const bool is =
         track_file_read_at(&file, magic, sizeof magic, 0, ignored) == 0 &&
         memcmp(magic, TRACK_FILE_MAGIC, sizeof magic) == 0;
-    files->close(files, file.file);
+    regular->close(regular, file.file);
     return is;
 }
 

@@ -49,7 +49,7 @@ int64_t yaml_tree_read(const struct files *files,
         return yaml_report_at(
             report, tree_start,
             "the file cannot be read (%s), expected a YAML file",
-            strerror((int)-length));
+            files_error((int)length));
     return length;
 }
 

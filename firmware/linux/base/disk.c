@@ -1,9 +1,10 @@
 /* firmware/linux/base/disk.c - see disk.h. */
+#define _GNU_SOURCE /* O_PATH */
 #include "firmware/linux/base/disk.h"
 
 #include <dirent.h>
-#include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +18,53 @@ static int disk_open(const struct files *files, const char *path)
     const int file = open(path, O_RDONLY | O_CLOEXEC);
     (void)files;
     return file < 0 ? -errno : file;
+}
+
+/* Looked at before it is opened, and through what was opened. */
+static int disk_open_regular(const struct files *files, const char *path)
+{
+    struct stat status;
+    (void)files;
+    if (stat(path, &status) < 0)
+        return -errno;
+    if (!S_ISREG(status.st_mode))
+        return S_ISDIR(status.st_mode) ? -EISDIR : FILES_E_KIND;
+    const int file = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (file < 0)
+        return -errno;
+    if (fstat(file, &status) == 0 && S_ISREG(status.st_mode))
+        return file;
+    close(file);
+    return FILES_E_KIND;
+}
+
+/* By a descriptor that can only be looked at: what the name stands for is not
+ * touched before it is known, and is opened as what was looked at, whatever
+ * becomes of the name meanwhile. */
+int disk_open_below(const char *folder, const char *path)
+{
+    const size_t length = strlen(folder);
+    char own[32], place[PATH_MAX];
+    struct stat status;
+    /* Of what is elsewhere not even that it is not there is said. */
+    const bool is_inside =
+        strncmp(path, folder, length) == 0 && strstr(path, "/..") == NULL;
+    const int look = open(path, O_PATH | O_CLOEXEC);
+    int file = look < 0 && is_inside ? -errno : FILES_E_PLACE;
+
+    if (look < 0)
+        return file;
+    snprintf(own, sizeof own, "/proc/self/fd/%d", look);
+    const ssize_t n = readlink(own, place, sizeof place - 1);
+    if (n > 0 && (size_t)n > length && strncmp(place, folder, length) == 0 &&
+        (length == 1 || place[length] == '/')) {
+        file = fstat(look, &status) == 0 && S_ISREG(status.st_mode)
+                   ? open(own, O_RDONLY | O_NONBLOCK | O_CLOEXEC)
+                   : FILES_E_KIND;
+        file = file == -1 ? -errno : file;
+    }
+    close(look);
+    return file;
 }
 
 static void disk_close(const struct files *files, int file)
@@ -145,7 +193,17 @@ static unsigned disk_names(const struct files *files, const char *kind,
     return count;
 }
 
+static const struct files disk_regular = {
+    .open = disk_open_regular,
+    .close = disk_close,
+    .read = disk_read,
+    .size = disk_size,
+    .find = disk_find,
+    .names = disk_names,
+};
+
 const struct files disk_files = {
+    .regular = &disk_regular,
     .open = disk_open,
     .close = disk_close,
     .read = disk_read,

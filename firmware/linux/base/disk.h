@@ -10,4 +10,9 @@
 
 extern const struct files disk_files;
 
+/* For a name that came from somebody else: a regular file whose place, links
+ * followed, is below `folder` (a real path); nothing else is so much as opened.
+ * A file to be read, or a negative errno: FILES_E_KIND, FILES_E_PLACE. */
+int disk_open_below(const char *folder, const char *path);
+
 #endif

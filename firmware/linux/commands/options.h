@@ -75,6 +75,7 @@ struct options {
     const char *recordings;             /* the same */
     const char *socket;                 /* service */
     int64_t cpu;                        /* service; -1 when not given */
+    int64_t plan_ns, plan_mib;          /* service; 0 when not given */
     int64_t port;                       /* studio; -1 when not given */
     const char *token_file;             /* studio */
     bool no_browser;                    /* studio */
@@ -103,6 +104,15 @@ struct options {
 #define OPTIONS_YES(help)                                                      \
     {                                                                          \
         "yes", NULL, OPTION_FLAG, offsetof(struct options, yes), help          \
+    }
+/* What planning a move of a client may take. */
+#define OPTIONS_PLAN(prefix)                                                   \
+    { "plan-time", "TIME", OPTION_TIME, offsetof(struct options, plan_ns),     \
+      prefix "the longest that a move of a client is planned (60 s)" },        \
+    {                                                                          \
+        "plan-memory", "MIB", OPTION_COUNT,                                    \
+            offsetof(struct options, plan_mib),                                \
+            prefix "the most memory that this takes, MiB (512)"                \
     }
 #define OPTIONS_INTERFACE                                                      \
     {                                                                          \

@@ -27,10 +27,7 @@ struct service_client {
     size_t line; /* bytes at the front that are the present line */
     char out[SERVICE_OUT];
     size_t out_length;
-    bool over;     /* closed once its answers were sent, or could not be */
-    bool planning; /* waits for a plan; its id: */
-    bool plan_loads;
-    char plan_id[SERVICE_ID_MAX];
+    bool over; /* closed once its answers were sent, or could not be */
     int64_t stream_ns, stream_due_ns; /* 0: it has no stream */
     uint64_t dropped;                 /* of the stream */
 };

@@ -63,6 +63,7 @@ command_line_asker(const struct service_control *control);
 
 void command_load(const struct command_line *line);
 void command_check(const struct command_line *line);
+void command_cancel(const struct command_line *line);
 /* False and an answer: the loaded move has events, and is played once and forward
  * alone; or its lines do not keep up at a rate. */
 bool command_may_repeat(const struct command_line *line);

@@ -79,7 +79,7 @@ static void command_status(const struct command_line *line)
     cJSON_AddBoolToObject(object, "held", control->holder != NULL);
     cJSON_AddBoolToObject(object, "holder", control->holder == line->client);
     if (control->move != NULL)
-        cJSON_AddStringToObject(object, "move", control->move->job.move.title);
+        cJSON_AddStringToObject(object, "move", control->move->facts.title);
     command_line_answer(line->client, object);
 }
 
@@ -312,6 +312,7 @@ static const struct {
     { "home", true, command_home },
     { "check", true, command_check },
     { "load", true, command_load },
+    { "cancel", false, command_cancel },
     { "approach", true, command_approach },
     { "start", true, command_start },
     { "go", true, command_go },

@@ -25,19 +25,19 @@ static const char *follow_not(const struct command_line *line,
                               const struct service_request *request)
 {
     const struct service_control *control = line->control;
-    const struct job *job = &control->move->job;
+    const struct service_move_facts *facts = &control->move->facts;
     if (control->follow_opened)
         return "another start waits for a clock, or follows one";
-    if (job->move.fps_num == 0)
+    if (facts->fps.num == 0)
         return "the move has no frame rate, expected fps: in it";
     if (request->times != 1 || request->is_ping_pong)
         return "is for a move that is played once, expected \"times\": 1";
     if (control->state->override_q30 != FOLLOW_ONE_Q30)
         return "sets the speed, expected an override of 100 %";
-    if (job->steps.count > 0 || control->move->motion.shots != NULL)
+    if (facts->steps.count > 0 || facts->has_events)
         return "is for a move without events, and without a wait before each "
                "frame";
-    return job_sampled(job) != NULL
+    return facts->is_sampled
                ? "an axis is sampled by a board, which keeps to its own clock"
                : NULL;
 }
@@ -72,9 +72,8 @@ bool command_follow(const struct command_line *line,
     struct service_control *control = line->control;
     const cJSON *clock = command_line_member(line, "follow");
     const char *text = cJSON_GetStringValue(clock);
-    const struct plan_move *move = &control->move->job.move;
     struct run_follow_config config = {
-        .fps = { move->fps_num, move->fps_den },
+        .fps = control->move->facts.fps,
         .say = follow_say,
         .context = control,
     };

@@ -9,24 +9,63 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
+/* --- planning --- */
+
+#define PLAN_TELL_NS INT64_C(500000000) /* between two events */
+
+static struct service_client *plan_asker(struct service_control *control)
+{
+    struct service_client *client =
+        &control->clients.client[control->plan.seat];
+    return control->plan.asker != 0 && client->file >= 0 &&
+                   client->number == control->plan.asker
+               ? client
+               : NULL;
+}
+
+static void plan_fail(struct service_control *control, const char *error,
+                      const char *text)
+{
+    struct service_client *client = plan_asker(control);
+    if (client != NULL)
+        command_line_fail(client, control->plan.id, error, text);
+}
+
+void service_plan_give_up(struct service_control *control, const char *why)
+{
+    service_planner_give_up(&control->planner);
+    if (why != NULL)
+        plan_fail(control, "CANCELLED", why);
+    control->plan.asker = 0;
+}
+
 static void command_plan(const struct command_line *line, bool loads)
 {
+    struct service_control *control = line->control;
     const char *text = cJSON_GetStringValue(command_line_member(line, "text"));
-    struct service_client *client = line->client;
     if (text == NULL) {
         command_line_refuse(line, "ARG",
                             "\"text\": expected the text of a move "
                             "file");
         return;
     }
-    if (client->planning ||
-        !service_planner_ask(&line->control->planner, text)) {
+    if (control->plan.asker == line->client->number)
+        service_plan_give_up(control, "another move has taken its place");
+    if (control->plan.asker != 0) {
         command_line_refuse(line, "BUSY", "another move is being planned");
         return;
     }
-    client->planning = true;
-    client->plan_loads = loads;
-    memcpy(client->plan_id, line->id, sizeof client->plan_id);
+    if (!service_planner_ask(&control->planner, text)) {
+        command_line_refuse(line, "PLANNER",
+                            "the planner has ended, expected the service "
+                            "started anew");
+        return;
+    }
+    control->plan.asker = line->client->number;
+    control->plan.seat = (unsigned)(line->client - control->clients.client);
+    control->plan.loads = loads;
+    control->plan.since_ns = control->plan.told_ns = control->now_ns;
+    memcpy(control->plan.id, line->id, sizeof control->plan.id);
 }
 
 void command_load(const struct command_line *line)
@@ -39,9 +78,23 @@ void command_check(const struct command_line *line)
     command_plan(line, false);
 }
 
+void command_cancel(const struct command_line *line)
+{
+    struct service_control *control = line->control;
+    if (control->plan.asker == 0 ||
+        (control->plan.asker != line->client->number &&
+         control->holder != line->client)) {
+        command_line_refuse(line, "STATE",
+                            "nothing is being planned for this client");
+        return;
+    }
+    service_plan_give_up(control, "planning was cancelled");
+    command_line_done(line);
+}
+
 /* What is loaded is played no more, and nothing of it was named since two
  * loads. */
-static bool command_may_load(const struct service_control *control)
+static bool plan_may_load(const struct service_control *control)
 {
     const enum controller_state state = control->state->state;
     return !control->waits &&
@@ -49,17 +102,8 @@ static bool command_may_load(const struct service_control *control)
             state == CONTROLLER_FAULT);
 }
 
-static struct service_client *command_planner(struct service_control *control)
-{
-    for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
-        if (control->clients.client[i].file >= 0 &&
-            control->clients.client[i].planning)
-            return &control->clients.client[i];
-    return NULL;
-}
-
-static void command_loaded(struct service_control *control,
-                           struct service_move *move)
+static void plan_load(struct service_control *control,
+                      struct service_move *move)
 {
     service_move_free(control->old_move);
     control->old_move = control->move;
@@ -67,61 +111,109 @@ static void command_loaded(struct service_control *control,
     control->loads++;
 }
 
-static void command_say_plan(struct service_client *client,
-                             const struct service_move *move)
+static void plan_answer(struct service_client *client, const char *id,
+                        const struct service_move_facts *facts)
 {
-    cJSON *object =
-        command_line_object(client->plan_id, move->status == STATUS_OK);
-    if (move->status != STATUS_OK) {
+    cJSON *object = command_line_object(id, facts->status == STATUS_OK);
+    cJSON *said = cJSON_Parse(facts->said);
+    if (facts->status != STATUS_OK) {
         cJSON_AddStringToObject(
-            object, "error", move->status == STATUS_INPUT ? "INPUT" : "LIMIT");
-        cJSON_AddStringToObject(object, "text", move->text);
+            object, "error", facts->status == STATUS_INPUT ? "INPUT" : "LIMIT");
+        cJSON_AddStringToObject(object, "text", facts->text);
     }
-    if (move->status != STATUS_INPUT) {
-        cJSON_AddStringToObject(object, "title", move->job.move.title);
+    if (facts->status != STATUS_INPUT) {
+        cJSON_AddStringToObject(object, "title", facts->title);
         cJSON_AddNumberToObject(object, "duration",
-                                number_double(move->job.end_ns_q12, 12) / 1e9);
-        job_json_violations(&move->job, object);
+                                number_double(facts->end_ns_q12, 12) / 1e9);
     }
+    while (said != NULL && said->child != NULL) {
+        cJSON *item = cJSON_DetachItemViaPointer(said, said->child);
+        cJSON_AddItemToObject(object, item->string, item);
+    }
+    cJSON_Delete(said);
     command_line_answer(client, object);
 }
 
-void service_command_planned(struct service_control *control,
-                             struct service_move *move)
+static void plan_done(struct service_control *control,
+                      struct service_move *move)
 {
-    struct service_client *client = command_planner(control);
-    const bool loads = client != NULL && client->plan_loads &&
-                       client == control->holder && move->status == STATUS_OK;
+    struct service_client *client = plan_asker(control);
+    const bool loads = control->plan.loads && move->facts.status == STATUS_OK;
     char text[SERVICE_COUPLE_TEXT_MAX];
-    if (client == NULL) {
-        service_move_free(move);
-        return;
+    if (client != NULL && control->plan.loads && client != control->holder) {
+        plan_fail(control, "CONTROL",
+                  "control was lost while the move was planned");
+    } else if (client != NULL && move->facts.status == STATUS_OK &&
+               !service_couplings_keep(control, &move->motion, text,
+                                       sizeof text)) {
+        plan_fail(control, "STATE", text);
+    } else if (client != NULL && loads && !plan_may_load(control)) {
+        plan_fail(control, "STATE", "a move is loaded at rest only");
+    } else if (client != NULL) {
+        plan_answer(client, control->plan.id, &move->facts);
+        if (loads) {
+            plan_load(control, move);
+            return;
+        }
     }
-    client->planning = false;
-    if (move->status == STATUS_OK &&
-        !service_couplings_keep(control, &move->motion, text, sizeof text)) {
-        command_line_fail(client, client->plan_id, "STATE", text);
-        service_move_free(move);
-        return;
-    }
-    if (loads && !command_may_load(control)) {
-        command_line_fail(client, client->plan_id, "STATE",
-                          "a move is loaded at rest only");
-        service_move_free(move);
-        return;
-    }
-    if (client->plan_loads && client != control->holder) {
-        command_line_fail(client, client->plan_id, "CONTROL",
-                          "control was lost while the move was planned");
-        service_move_free(move);
-        return;
-    }
-    command_say_plan(client, move);
-    if (loads)
-        command_loaded(control, move);
-    else
-        service_move_free(move);
+    service_move_free(move);
 }
+
+static void plan_tell(struct service_control *control)
+{
+    struct service_plan_progress progress;
+    if (control->now_ns - control->plan.told_ns < PLAN_TELL_NS)
+        return;
+    control->plan.told_ns = control->now_ns;
+    service_planner_progress(&control->planner, &progress);
+    cJSON *object = service_event_object("plan", control->now_ns);
+    cJSON_AddStringToObject(object, "doing", progress.doing);
+    cJSON_AddStringToObject(object, "what", progress.what);
+    if (progress.of > 0)
+        cJSON_AddNumberToObject(object, "share",
+                                (double)progress.done / (double)progress.of);
+    cJSON_AddNumberToObject(object, "seconds",
+                            (double)(control->now_ns - control->plan.since_ns) /
+                                1e9);
+    service_tell_all(control, object);
+    cJSON_Delete(object);
+}
+
+void service_plan_step(struct service_control *control)
+{
+    static const struct {
+        const char *error, *text;
+    } row[] = {
+        [SERVICE_PLAN_TIME] = { "TIME",
+                                "planning took longer than the service allows "
+                                "(--plan-time), expected a smaller move" },
+        [SERVICE_PLAN_MEMORY] = { "MEMORY",
+                                  "planning needs more memory than the service "
+                                  "allows (--plan-memory), expected a smaller "
+                                  "move" },
+        [SERVICE_PLAN_FAILED] = { "PLANNER", "the planner has failed" },
+    };
+    struct service_move *move;
+    if (control->plan.asker == 0)
+        return;
+    if (control->loop->end != 0) {
+        service_plan_give_up(control, "the service ends");
+        return;
+    }
+    const enum service_plan_state state =
+        service_planner_take(&control->planner, &move);
+    if (state == SERVICE_PLAN_NONE) {
+        plan_tell(control);
+        return;
+    }
+    if (state == SERVICE_PLAN_DONE)
+        plan_done(control, move);
+    else
+        plan_fail(control, row[state].error, row[state].text);
+    control->plan.asker = 0;
+}
+
+/* --- what is loaded --- */
 
 static bool command_has_move(const struct command_line *line)
 {
@@ -152,7 +244,8 @@ bool command_keeps_shots(const struct command_line *line, int64_t rate_q30)
     enum message_kind kind;
     size_t at = 0;
     if (move == NULL || move->motion.shots == NULL || rate_q30 <= 0 ||
-        job_shots_check(&move->job, rate_q30, &messages))
+        job_shots_keep_up(line->control->rig, move->shots, NULL,
+                          SERVICE_MOVE_NAME, rate_q30, &messages))
         return true;
     command_line_refuse(line, "LIMIT", messages_next(&messages, &at, &kind));
     messages_free(&messages);
@@ -167,15 +260,15 @@ void command_start(const struct command_line *line)
     double times;
     if (!command_has_move(line) || !command_keeps_couplings(line))
         return;
-    const struct plan_move *move = &line->control->move->job.move;
+    const struct service_move_facts *facts = &line->control->move->facts;
     const bool by_move =
         ping_pong == NULL && command_line_member(line, "times") == NULL;
     if (!command_line_number(line, "times", 0, 1e9, 1, &times))
         return;
     if (by_move)
-        times = move->times < 0 ? 0 : move->times > 0 ? move->times : 1;
+        times = (double)facts->times;
     request.is_ping_pong =
-        by_move ? move->is_ping_pong : cJSON_IsTrue(ping_pong);
+        by_move ? facts->is_ping_pong : cJSON_IsTrue(ping_pong);
     request.times = llrint(times);
     request.motion = &line->control->move->motion;
     if (((request.times == 1 && !request.is_ping_pong) ||
@@ -205,9 +298,8 @@ void command_loop(const struct command_line *line)
 /* Of the move: seconds, or a text such as "2.5 s", "f48", "00:00:02:12". */
 static bool command_go_time(const struct command_line *line, int64_t *t_ns_q12)
 {
-    const struct plan_move *move = &line->control->move->job.move;
-    const struct units_context units = { .fps = { move->fps_num,
-                                                  move->fps_den } };
+    const struct units_context units = { .fps =
+                                             line->control->move->facts.fps };
     const char *text = cJSON_GetStringValue(command_line_member(line, "to"));
     char sentence[UNITS_SENTENCE_MAX];
     double t_s;
@@ -226,24 +318,20 @@ static bool command_go_time(const struct command_line *line, int64_t *t_ns_q12)
 /* Of an axis, counted from 1. */
 static bool command_go_key(const struct command_line *line, int64_t *t_ns_q12)
 {
-    const struct job *job = &line->control->move->job;
+    const struct service_move *move = line->control->move;
+    double key;
     const int axis = command_line_axis(
         line, cJSON_GetStringValue(command_line_member(line, "axis")));
-    double key;
     if (axis < 0 ||
         !command_line_number(line, "key", 1, PLAN_KEYS_MAX, (double)NAN, &key))
         return false;
-    for (unsigned i = 0; i < job->move.axis_count && job->move.warp == NULL;
-         i++) {
-        const struct plan_axis *own = &job->move.axis[i];
-        if (job->rig_axis[i] != (unsigned)axis ||
-            llrint(key) > (long long)own->key_count)
-            continue;
-        *t_ns_q12 = own->key[llrint(key) - 1].key.t_ns_q12;
+    const struct service_move_axis *own = &move->axis[axis];
+    if (!move->facts.is_warped && llrint(key) <= (long long)own->key_count) {
+        *t_ns_q12 = own->key_ns_q12[llrint(key) - 1];
         return true;
     }
     command_line_refuse(line, "ARG",
-                        job->move.warp != NULL
+                        move->facts.is_warped
                             ? "\"key\": the move's time is warped, expected "
                               "\"to\" with a time"
                             : "\"key\": the axis has no such key in this move");
@@ -280,8 +368,8 @@ void command_approach(const struct command_line *line)
         command_line_request(line, &request);
         return;
     }
-    const int any =
-        service_move_approach(control->move, control->state->view.axis);
+    const int any = service_move_approach(control->move, control->rig,
+                                          control->state->view.axis);
     if (any < 0)
         command_line_refuse(line, command_line_error(any),
                             motion_err_text(any));

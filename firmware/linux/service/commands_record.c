@@ -12,8 +12,8 @@ static int record_start(struct service_control *control, const char *name,
         .rig_path = control->rig_path,
         .rig_text = control->rig_text,
         .rig_length = control->rig_length,
-        .move_title = move != NULL ? move->job.move.title : NULL,
-        .move_text = move != NULL ? move->move_text : NULL,
+        .move_title = move != NULL ? move->facts.title : NULL,
+        .move_text = move != NULL ? move->file_text : NULL,
     };
     return service_recording_start(control->recording, name, &about, text);
 }

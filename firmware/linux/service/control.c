@@ -68,6 +68,8 @@ static void control_came(void *context, struct service_client *client)
 static void control_gone(void *context, struct service_client *client)
 {
     struct service_control *control = context;
+    if (control->plan.asker == client->number)
+        service_plan_give_up(control, NULL);
     if (control->holder == client)
         service_release(control, "gone");
 }
@@ -264,9 +266,7 @@ void service_control_step(struct service_control *control, int timeout_ms)
         control_event(control, &event);
     control_answer(control);
     service_record_step(control);
-    struct service_move *move = service_planner_take(&control->planner);
-    if (move != NULL)
-        service_command_planned(control, move);
+    service_plan_step(control);
     service_follow_control(control);
     control_lines(control);
     control_lease(control);

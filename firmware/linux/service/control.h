@@ -44,6 +44,14 @@ struct service_control {
 
     struct service_client *holder; /* has control; NULL: nobody */
     int64_t lease_ns, lease_end_ns;
+    struct {
+        uint64_t asker; /* number of the client; 0: nothing is planned */
+        unsigned seat;
+        bool loads;
+        char id[SERVICE_ID_MAX];
+        int64_t since_ns, told_ns;
+    } plan;
+
     bool jogged;    /* the holder has sent a jog */
     bool jog_stops; /* a jog whose holder is gone is to be stopped */
 
@@ -74,8 +82,10 @@ void service_command(struct service_control *control,
 /* The answer to what was on its way. */
 void service_command_answer(struct service_control *control,
                             const struct mailbox_entry *entry);
-void service_command_planned(struct service_control *control,
-                             struct service_move *move);
+/* commands_move.c: what has become of a plan; and nobody waits for one any
+ * more, of which its client is told why, unless that is gone. */
+void service_plan_step(struct service_control *control);
+void service_plan_give_up(struct service_control *control, const char *why);
 /* commands_record.c: a file named by the time; its end is an event, a fault a
  * line in it. */
 void service_record_by_time(struct service_control *control);

@@ -1,41 +1,76 @@
 /* firmware/linux/service/planner.c - see planner.h. */
+#define _GNU_SOURCE /* memfd_create */
 #include "firmware/linux/service/planner.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
 
-#include "firmware/host/base/memory.h"
-#include "firmware/host/job/budget.h"
-#include "firmware/host/job/job_shots.h"
+#include "firmware/host/base/array.h"
 #include "firmware/linux/base/disk.h"
-#include "motion/core/clock_warp.h"
-#include "motion/core/err.h"
-#include "motion/core/fixed.h"
-#include "motion/curve/ease.h"
 
-#define PLANNER_MOVE "move.yaml" /* the name of what a client has sent */
+#define PLANNER_TIME_NS INT64_C(60000000000)
+#define PLANNER_MIB     512
+#define PLANNER_LOOK_US 20000 /* between two looks at time and memory */
+#define PLANNER_NICE    5     /* whoever answers clients comes first */
 
-/* --- a move and a rig that are texts, beside the files of this machine --- */
+/* Statuses of a process that planned, beside 0: a move was written. */
+enum { PLANNER_END_TIME = 101, PLANNER_END_MEMORY };
 
-enum { PLANNER_FILE_MOVE = 1 << 28, PLANNER_FILE_RIG };
+enum planner_word_kind { PLANNER_PLAN, PLANNER_GIVE_UP, PLANNER_OVER };
+
+struct planner_word {
+    uint32_t number; /* of the plan */
+    enum planner_word_kind kind;
+    enum service_plan_state state; /* OVER */
+};
+
+struct service_plan_page {
+    _Atomic uint32_t turn; /* odd: the progress is being written */
+    struct service_plan_progress progress;
+    size_t length;
+    char text[SERVICE_PLAN_FILE];
+};
+
+/* --- the files of a client: its text, and what that names below the rig's folder --- */
+
+#define PLANNER_FILE_MOVE (1 << 28)
 
 struct planner_files {
     struct files files;
-    const struct service_planner *planner;
+    const struct service_plan_page *page;
+    char folder[FILES_PATH_MAX]; /* "": nothing can be named */
 };
 
-static const struct service_planner *planner_of(const struct files *files)
+static const struct planner_files *planner_of(const struct files *files)
 {
-    return ((const struct planner_files *)(const void *)files)->planner;
+    return (const struct planner_files *)(const void *)files;
 }
 
+/* Names begin in the rig's folder. */
 static int planner_open(const struct files *files, const char *path)
 {
-    if (strcmp(path, PLANNER_MOVE) == 0)
+    const struct planner_files *self = planner_of(files);
+    char whole[2 * FILES_PATH_MAX];
+    if (strcmp(path, SERVICE_MOVE_NAME) == 0)
         return PLANNER_FILE_MOVE;
-    if (strcmp(path, planner_of(files)->rig_path) == 0)
-        return PLANNER_FILE_RIG;
-    return disk_files.open(&disk_files, path);
+    if (self->folder[0] == '\0')
+        return FILES_E_PLACE;
+    snprintf(whole, sizeof whole, "%s/%s", self->folder, path);
+    return disk_open_below(self->folder, path[0] == '/' ? path : whole);
 }
 
 static void planner_close(const struct files *files, int file)
@@ -47,276 +82,371 @@ static void planner_close(const struct files *files, int file)
 
 static int64_t planner_size(const struct files *files, int file)
 {
-    const struct service_planner *planner = planner_of(files);
-    if (file == PLANNER_FILE_MOVE)
-        return (int64_t)strlen(planner->text);
-    if (file == PLANNER_FILE_RIG)
-        return (int64_t)planner->rig_length;
-    return disk_files.size(&disk_files, file);
+    return file == PLANNER_FILE_MOVE ? (int64_t)planner_of(files)->page->length
+                                     : disk_files.size(&disk_files, file);
 }
 
 static int64_t planner_read(const struct files *files, int file, void *to,
                             size_t size, uint64_t offset)
 {
-    const struct service_planner *planner = planner_of(files);
+    const struct service_plan_page *page = planner_of(files)->page;
     if (file < PLANNER_FILE_MOVE)
         return disk_files.read(&disk_files, file, to, size, offset);
-    const char *text =
-        file == PLANNER_FILE_MOVE ? planner->text : planner->rig_text;
-    const uint64_t length = (uint64_t)planner_size(files, file);
-    const uint64_t left = offset < length ? length - offset : 0;
-    const size_t got = left < size ? (size_t)left : size;
-    memcpy(to, text + (offset < length ? offset : 0), got);
+    const size_t left =
+        offset < page->length ? page->length - (size_t)offset : 0;
+    const size_t got = left < size ? left : size;
+    memcpy(to, page->text + (page->length - left), got);
     return (int64_t)got;
 }
 
-static bool planner_find(const struct files *files, const char *kind,
-                         const char *name, const char *beside,
-                         char path[FILES_PATH_MAX])
+/* Where the rig is, links followed. */
+static void planner_folder(const char *rig_path, char folder[FILES_PATH_MAX])
 {
-    (void)files;
-    return disk_files.find(&disk_files, kind, name, beside, path);
+    char *real = realpath(rig_path, NULL);
+    char *slash = real == NULL ? NULL : strrchr(real, '/');
+    folder[0] = '\0';
+    if (slash != NULL && slash - real < FILES_PATH_MAX)
+        snprintf(folder, FILES_PATH_MAX, "%.*s",
+                 slash == real ? 1 : (int)(slash - real), real);
+    free(real);
 }
 
-static unsigned planner_names(const struct files *files, const char *kind,
-                              char name[FILES_NAMES_MAX][FILES_NAME_MAX])
+/* --- a process that plans one move --- */
+
+static struct {
+    struct service_plan_limit limit;
+    int64_t until_ns;
+} planner_own; /* of its process, for a handler of signals */
+
+static int64_t planner_now_ns(void)
 {
-    (void)files;
-    return disk_files.names(&disk_files, kind, name);
+    struct timespec now = { 0 };
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
 }
 
-/* --- a move --- */
-
-static void planner_say(struct service_move *move, const char *text)
+static void planner_look(int number)
 {
-    const size_t used = strlen(move->text);
-    if (used + 1 < sizeof move->text)
-        snprintf(move->text + used, sizeof move->text - used, "%s%s",
-                 used > 0 ? "\n" : "", text);
+    struct rusage usage = { .ru_maxrss = 0 };
+    (void)number;
+    if (planner_now_ns() > planner_own.until_ns)
+        _exit(PLANNER_END_TIME);
+    (void)getrusage(RUSAGE_SELF, &usage);
+    if ((int64_t)usage.ru_maxrss / 1024 >= planner_own.limit.mib)
+        _exit(PLANNER_END_MEMORY);
 }
 
-/* The errors of the job, and that it is not to be played. */
-static void planner_refuse(struct service_move *move, enum status status)
+static void planner_tell(void *context, const char *doing, const char *what,
+                         int64_t done, int64_t of)
 {
-    enum message_kind kind;
-    const char *text;
-    move->status = status;
-    for (size_t at = 0;
-         (text = messages_next(&move->job.messages, &at, &kind)) != NULL;)
-        if (kind == MESSAGE_ERROR)
-            planner_say(move, text);
-}
-
-static void planner_judge(struct service_move *move)
-{
-    struct job *job = &move->job;
-    job_check(job, MOTION_CLOCK_WARP_ONE_Q30);
-    if (job->violation_count > 0) {
-        planner_refuse(move, STATUS_REFUSED);
-        planner_say(move, "the move breaks limits of the rig");
-    } else if (!job_shots_check(job, MOTION_CLOCK_WARP_ONE_Q30,
-                                &job->messages) ||
-               !budget_check(job)) {
-        planner_refuse(move, STATUS_REFUSED);
-    }
-}
-
-static void planner_reserve(struct service_motion *motion, unsigned axes,
-                            struct memory_pool *memory)
-{
-    motion->track =
-        memory_pool_new(memory, axes, sizeof(struct motion_track *));
-    motion->goal =
-        memory_pool_new(memory, axes, sizeof(struct controller_goal *));
-    motion->goal_count =
-        memory_pool_new(memory, axes, sizeof *motion->goal_count);
-}
-
-static void planner_motion(struct service_move *move)
-{
-    const struct job *job = &move->job;
-    const unsigned axes = job->rig.axis_count;
-    planner_reserve(&move->motion, axes, &move->memory);
-    planner_reserve(&move->approach, axes, &move->memory);
-    move->axis = memory_pool_new(&move->memory, axes, sizeof *move->axis);
-    for (unsigned i = 0; i < job->move.axis_count; i++) {
-        const unsigned axis = job->rig_axis[i];
-        move->motion.track[axis] = &job->track[i];
-        move->motion.goal[axis] = job->goal[i];
-        move->motion.goal_count[axis] = job->goal_count[i];
-    }
-    move->motion.steps = job->steps;
-    move->motion.step_line =
-        job->step_line == NULL ? -1 : (int)(job->step_line - job->rig.line);
-    move->motion.shots = job_has_shots(job) ? job->shots : NULL;
-}
-
-static void planner_forget(struct service_planner *planner)
-{
-    if (planner->former != NULL)
-        job_free(planner->former);
-    memory_free(planner->former);
-    planner->former = NULL;
-}
-
-/* For the next move. */
-static void planner_remember(struct service_planner *planner,
-                             struct service_move *move)
-{
-    move->planned = move->job.memo->planned;
-    move->reused = move->job.memo->reused;
-    planner_forget(planner);
-    planner->former = memory_new(1, sizeof *planner->former);
-    job_part_with(&move->job, planner->former);
-}
-
-static struct service_move *planner_plan(struct service_planner *planner)
-{
-    const struct planner_files files = {
-        .files = { planner_open, planner_close, planner_read, planner_size,
-                   planner_find, planner_names },
-        .planner = planner,
-    };
-    struct service_move *move = memory_new(1, sizeof *move);
-    move->status = job_open_again(&move->job, &files.files, planner->rig_path,
-                                  PLANNER_MOVE, planner->former, NULL);
-    if (move->status != STATUS_OK) {
-        planner_refuse(move, move->status);
-    } else {
-        planner_judge(move);
-        planner_remember(planner, move);
-    }
-    if (move->status == STATUS_OK)
-        planner_motion(move);
-    const size_t size = strlen(planner->text) + 1;
-    move->move_text = memory_new(size, 1);
-    memcpy(move->move_text, planner->text, size);
-    return move;
-}
-
-void service_move_free(struct service_move *move)
-{
-    if (move == NULL)
+    struct service_plan_page *page = context;
+    if (what == NULL)
         return;
-    job_free(&move->job);
-    memory_pool_free(&move->memory);
-    memory_free(move->move_text);
-    memory_free(move);
+    atomic_fetch_add(&page->turn, 1);
+    page->progress.done = done;
+    page->progress.of = of;
+    snprintf(page->progress.doing, sizeof page->progress.doing, "%s", doing);
+    snprintf(page->progress.what, sizeof page->progress.what, "%s", what);
+    atomic_fetch_add(&page->turn, 1);
 }
 
-/* --- the way to its start --- */
-
-static int approach_axis(struct service_move *move, unsigned i, int64_t pos_q32)
+/* Where memory runs out, the service is the last to be ended for it. */
+static void planner_yield(void)
 {
-    const unsigned axis = move->job.rig_axis[i];
-    struct service_approach *own = &move->axis[axis];
-    struct motion_track *track = &own->track;
-    motion_track_init(track, own->storage, JOB_APPROACH_SEGMENTS, pos_q32);
-    const int any = job_approach(&move->job, i, 0, track);
-    if (any <= 0)
-        return any;
-    move->approach.track[axis] = track;
-    if (move->job.goal[i] != NULL &&
-        controller_goals_of(track, &own->goal, 1) > 0) {
-        move->approach.goal[axis] = &own->goal;
-        move->approach.goal_count[axis] = 1;
+    const int file = open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
+    if (file >= 0) {
+        (void)!write(file, "1000", 4);
+        close(file);
     }
-    return 1;
+    errno = 0;
+    (void)!nice(PLANNER_NICE);
 }
 
-int service_move_approach(struct service_move *move,
-                          const struct machine_view_axis axis[])
+static void planner_bound(const struct service_plan_limit *limit)
 {
-    struct service_motion *approach = &move->approach;
-    int any = 0;
-    for (unsigned i = 0; i < move->job.rig.axis_count; i++) {
-        approach->track[i] = NULL;
-        approach->goal[i] = NULL;
-        approach->goal_count[i] = 0;
-    }
-    for (unsigned i = 0; i < move->job.move.axis_count; i++) {
-        const int err =
-            approach_axis(move, i, axis[move->job.rig_axis[i]].demand_q32);
-        if (err < 0)
-            return err;
-        any |= err;
-    }
-    return any;
+    const struct sigaction action = { .sa_handler = planner_look,
+                                      .sa_flags = SA_RESTART };
+    const struct itimerval every = { { .tv_usec = PLANNER_LOOK_US },
+                                     { .tv_usec = PLANNER_LOOK_US } };
+    const rlim_t bytes = (rlim_t)limit->mib << 20;
+    const struct rlimit size = { bytes, bytes };
+    planner_own.limit = *limit;
+    planner_own.until_ns = planner_now_ns() + limit->time_ns;
+    (void)setrlimit(RLIMIT_FSIZE, &size);
+    (void)sigaction(SIGALRM, &action, NULL);
+    (void)setitimer(ITIMER_REAL, &every, NULL);
 }
 
-/* --- the thread --- */
-
-static void *planner_main(void *context)
+static void planner_plan(const struct service_planner *planner)
 {
-    struct service_planner *planner = context;
-    pthread_mutex_lock(&planner->lock);
-    while (planner->turn != SERVICE_PLAN_END) {
-        if (planner->turn != SERVICE_PLAN_WORKING) {
-            pthread_cond_wait(&planner->changed, &planner->lock);
-            continue;
-        }
-        pthread_mutex_unlock(&planner->lock);
-        struct service_move *move = planner_plan(planner);
-        pthread_mutex_lock(&planner->lock);
-        memory_free(planner->text);
-        planner->text = NULL;
-        planner->move = move;
-        if (planner->turn == SERVICE_PLAN_WORKING)
-            planner->turn = SERVICE_PLAN_DONE;
-    }
-    pthread_mutex_unlock(&planner->lock);
-    return NULL;
+    struct planner_files files = {
+        .files = { .open = planner_open,
+                   .close = planner_close,
+                   .read = planner_read,
+                   .size = planner_size,
+                   .find = disk_files.find,
+                   .names = disk_files.names },
+        .page = planner->page,
+    };
+    const struct plan_progress progress = { planner_tell, planner->page };
+    FILE *out = fdopen(planner->result, "w");
+    planner_yield();
+    planner_bound(&planner->limit);
+    planner_folder(planner->rig_path, files.folder);
+    if (out == NULL)
+        _exit(PLANNER_END_MEMORY);
+    service_move_plan(&files.files, planner->rig, planner->rig_path, &progress,
+                      out);
+    _exit(ferror(out) ? PLANNER_END_MEMORY : 0);
 }
 
-int service_planner_start(struct service_planner *planner, const char *rig_path,
-                          const char *rig_text, size_t rig_length)
+/* --- the planner's process: forks, waits, kills --- */
+
+static enum service_plan_state planner_state(int status)
 {
-    *planner = (struct service_planner){ .rig_path = rig_path,
-                                         .rig_text = rig_text,
-                                         .rig_length = rig_length };
-    (void)pthread_mutex_init(&planner->lock, NULL);
-    (void)pthread_cond_init(&planner->changed, NULL);
-    return pthread_create(&planner->thread, NULL, planner_main, planner);
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXFSZ)
+        return SERVICE_PLAN_MEMORY;
+    if (!WIFEXITED(status))
+        return SERVICE_PLAN_FAILED;
+    switch (WEXITSTATUS(status)) {
+    case 0:
+        return SERVICE_PLAN_DONE;
+    case PLANNER_END_TIME:
+        return SERVICE_PLAN_TIME;
+    case PLANNER_END_MEMORY:
+    case STATUS_SYSTEM: /* of memory_fail */
+        return SERVICE_PLAN_MEMORY;
+    default:
+        return SERVICE_PLAN_FAILED;
+    }
+}
+
+/* Ends with whoever made it, also where that is killed. */
+static void planner_hang_on(pid_t parent)
+{
+    (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent)
+        _exit(0);
+}
+
+/* Until the process that plans has ended, or is to: a word has come, or the
+ * service is gone.  `alive`: closed as that process ends. */
+static enum service_plan_state planner_wait(int link, int alive, pid_t child)
+{
+    struct pollfd look[2] = { { .fd = alive, .events = POLLIN },
+                              { .fd = link, .events = POLLIN } };
+    int status = 0;
+    while (poll(look, 2, -1) < 0 && errno == EINTR)
+        continue;
+    if (look[0].revents == 0)
+        (void)kill(child, SIGKILL);
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR)
+        continue;
+    return planner_state(status);
+}
+
+static enum service_plan_state planner_fork(struct service_planner *planner)
+{
+    const pid_t self = getpid();
+    int ends[2];
+    if (ftruncate(planner->result, 0) < 0 ||
+        lseek(planner->result, 0, SEEK_SET) < 0 || pipe(ends) < 0)
+        return SERVICE_PLAN_FAILED;
+    const pid_t child = fork();
+    if (child == 0) {
+        planner_hang_on(self);
+        close(ends[0]);
+        planner_plan(planner);
+    }
+    close(ends[1]);
+    const enum service_plan_state state =
+        child < 0 ? SERVICE_PLAN_FAILED
+                  : planner_wait(planner->link, ends[0], child);
+    close(ends[0]);
+    return state;
+}
+
+static void planner_stand_apart(void)
+{
+    static const int ignored[] = { SIGINT,  SIGQUIT, SIGTERM, SIGHUP,
+                                   SIGPIPE, SIGTSTP, SIGTTOU, SIGTTIN };
+    const int null = open("/dev/null", O_RDWR | O_CLOEXEC);
+    for (size_t i = 0; i < ARRAY_LEN(ignored); i++)
+        (void)signal(ignored[i], SIG_IGN);
+    if (null >= 0) {
+        (void)dup2(null, STDIN_FILENO);
+        (void)dup2(null, STDOUT_FILENO);
+    }
+}
+
+static void planner_main(struct service_planner *planner)
+{
+    struct planner_word word;
+    planner_stand_apart();
+    while (recv(planner->link, &word, sizeof word, 0) == (ssize_t)sizeof word) {
+        if (word.kind != PLANNER_PLAN)
+            continue; /* it was over by itself */
+        word.state = planner_fork(planner);
+        word.kind = PLANNER_OVER;
+        if (send(planner->link, &word, sizeof word, MSG_NOSIGNAL) < 0)
+            break;
+    }
+    _exit(0);
+}
+
+/* --- the service --- */
+
+static void planner_close_all(struct service_planner *planner)
+{
+    if (planner->page != NULL)
+        (void)munmap(planner->page, sizeof *planner->page);
+    if (planner->result >= 0)
+        close(planner->result);
+    if (planner->link >= 0)
+        close(planner->link);
+    planner->page = NULL;
+    planner->link = planner->result = -1;
+}
+
+int service_planner_start(struct service_planner *planner,
+                          const struct rig *rig, const char *rig_path,
+                          const struct service_plan_limit *limit)
+{
+    const pid_t self = getpid();
+    int ends[2] = { -1, -1 };
+    *planner = (struct service_planner){
+        .rig = rig, .rig_path = rig_path, .limit = *limit, .link = -1
+    };
+    if (limit->time_ns == 0)
+        planner->limit.time_ns = PLANNER_TIME_NS;
+    if (limit->mib == 0)
+        planner->limit.mib = PLANNER_MIB;
+    planner->result = memfd_create("slew-plan", MFD_CLOEXEC);
+    void *page = mmap(NULL, sizeof *planner->page, PROT_READ | PROT_WRITE,
+                      MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    planner->page = page == MAP_FAILED ? NULL : page;
+    fflush(NULL);
+    if (planner->result >= 0 && planner->page != NULL &&
+        socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0)
+        planner->process = fork();
+    else
+        planner->process = -1;
+    if (planner->process == 0) {
+        close(ends[0]);
+        planner->link = ends[1];
+        planner_hang_on(self);
+        planner_main(planner);
+    }
+    planner->link = ends[0];
+    if (planner->process > 0) {
+        close(ends[1]);
+        return 0;
+    }
+    const int err = errno;
+    if (ends[1] >= 0)
+        close(ends[1]);
+    planner_close_all(planner);
+    return err;
 }
 
 void service_planner_end(struct service_planner *planner)
 {
-    pthread_mutex_lock(&planner->lock);
-    planner->turn = SERVICE_PLAN_END;
-    pthread_cond_signal(&planner->changed);
-    pthread_mutex_unlock(&planner->lock);
-    (void)pthread_join(planner->thread, NULL);
-    planner_forget(planner);
-    service_move_free(planner->move);
-    memory_free(planner->text);
-    (void)pthread_cond_destroy(&planner->changed);
-    (void)pthread_mutex_destroy(&planner->lock);
+    if (planner->process <= 0)
+        return;
+    planner_close_all(planner); /* it sees that our end is closed */
+    while (waitpid(planner->process, NULL, 0) < 0 && errno == EINTR)
+        continue;
+    planner->process = 0;
+}
+
+static bool planner_say(struct service_planner *planner,
+                        enum planner_word_kind kind)
+{
+    const struct planner_word word = { .number = planner->number,
+                                       .kind = kind };
+    if (send(planner->link, &word, sizeof word, MSG_NOSIGNAL | MSG_DONTWAIT) ==
+        (ssize_t)sizeof word)
+        return true;
+    close(planner->link);
+    planner->link = -1;
+    return false;
 }
 
 bool service_planner_ask(struct service_planner *planner, const char *text)
 {
-    const size_t size = strlen(text) + 1;
-    pthread_mutex_lock(&planner->lock);
-    const bool is_free = planner->turn == SERVICE_PLAN_IDLE;
-    if (is_free) {
-        planner->text = memory_new(1, size);
-        memcpy(planner->text, text, size);
-        planner->turn = SERVICE_PLAN_WORKING;
-        pthread_cond_signal(&planner->changed);
-    }
-    pthread_mutex_unlock(&planner->lock);
-    return is_free;
+    const size_t length = strlen(text);
+    if (planner->works || planner->link < 0 || length >= SERVICE_PLAN_FILE)
+        return false;
+    memcpy(planner->page->text, text, length + 1);
+    planner->page->length = length;
+    planner->page->progress = (struct service_plan_progress){ .of = 0 };
+    atomic_store(&planner->page->turn, 0);
+    planner->number++;
+    planner->works = planner_say(planner, PLANNER_PLAN);
+    return planner->works;
 }
 
-struct service_move *service_planner_take(struct service_planner *planner)
+void service_planner_give_up(struct service_planner *planner)
 {
+    if (planner->works)
+        (void)planner_say(planner, PLANNER_GIVE_UP);
+    planner->works = false;
+}
+
+static struct service_move *
+planner_result(const struct service_planner *planner)
+{
+    struct stat status;
+    const int copy = dup(planner->result);
+    FILE *in = copy < 0 ? NULL : fdopen(copy, "r");
     struct service_move *move = NULL;
-    pthread_mutex_lock(&planner->lock);
-    if (planner->turn == SERVICE_PLAN_DONE) {
-        move = planner->move;
-        planner->move = NULL;
-        planner->turn = SERVICE_PLAN_IDLE;
-    }
-    pthread_mutex_unlock(&planner->lock);
+    if (in != NULL && fstat(copy, &status) == 0 && fseek(in, 0, SEEK_SET) == 0)
+        move = service_move_read(in, (size_t)status.st_size, planner->rig,
+                                 planner->page->text);
+    if (in != NULL)
+        (void)fclose(in);
+    else if (copy >= 0)
+        close(copy);
     return move;
+}
+
+enum service_plan_state service_planner_take(struct service_planner *planner,
+                                             struct service_move **move)
+{
+    struct planner_word word = { .state = SERVICE_PLAN_FAILED };
+    ssize_t got;
+    *move = NULL;
+    do
+        got = planner->link < 0
+                  ? 0
+                  : recv(planner->link, &word, sizeof word, MSG_DONTWAIT);
+    while (got == (ssize_t)sizeof word &&
+           (!planner->works || word.number != planner->number));
+    if (got < 0 || !planner->works)
+        return SERVICE_PLAN_NONE;
+    planner->works = false;
+    if (got == 0)
+        return SERVICE_PLAN_FAILED;
+    if (word.state == SERVICE_PLAN_DONE)
+        *move = planner_result(planner);
+    return word.state == SERVICE_PLAN_DONE && *move == NULL
+               ? SERVICE_PLAN_FAILED
+               : word.state;
+}
+
+void service_planner_progress(const struct service_planner *planner,
+                              struct service_plan_progress *progress)
+{
+    const struct service_plan_page *page = planner->page;
+    uint32_t turn;
+    int tries = 0;
+    do {
+        turn = atomic_load(&page->turn);
+        *progress = page->progress;
+    } while ((turn % 2 != 0 || turn != atomic_load(&page->turn)) &&
+             ++tries < 100);
+    if (tries == 100)
+        *progress = (struct service_plan_progress){ .of = 0 };
+    progress->doing[sizeof progress->doing - 1] = '\0';
+    progress->what[sizeof progress->what - 1] = '\0';
 }

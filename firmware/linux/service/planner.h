@@ -1,78 +1,70 @@
-/* firmware/linux/service/planner.h - reads and plans moves in a thread of its
+/* firmware/linux/service/planner.h - reads and plans moves in a process of its
  * own, one at a time.
  *
- * Of a move, what did not change since the one before it is taken over from there;
- * the tracks are the same to the bit.
+ *   service ----text, "plan", "give up"----> planner's process
+ *      ^                                        | forks
+ *      '---- a move, or why there is none ----- a process per move
  *
- * Neither the tick nor whoever answers the clients waits for it. */
+ * A text of a client may be anything, and so is what planning it takes: the
+ * system bounds its time and its memory, which is not that of the tick, and ends
+ * it at any time.  Whatever becomes of it, the service goes on.  Nobody waits for
+ * it. */
 #ifndef FIRMWARE_LINUX_SERVICE_PLANNER_H
 #define FIRMWARE_LINUX_SERVICE_PLANNER_H
 
-#include <pthread.h>
-#include <stdatomic.h>
+#include <sys/types.h>
 
-#include "firmware/host/job/job_approach.h"
-#include "firmware/linux/service/loop.h"
+#include "firmware/linux/service/move.h"
 
-#define SERVICE_PLAN_TEXT_MAX 2048
+#define SERVICE_PLAN_FILE 262144
 
-/* The way of an axis to its first key; by its drive's own profile: a goal. */
-struct service_approach {
-    struct motion_segment storage[JOB_APPROACH_SEGMENTS];
-    struct motion_track track;
-    struct controller_goal goal;
+struct service_plan_limit {
+    int64_t time_ns; /* 0: 60 s */
+    int64_t mib;     /* of memory; 0: 512 */
 };
 
-/* A move that was planned and judged, and the way to its first keys. */
-struct service_move {
-    struct job job;
-    struct service_motion motion;
-    enum status status;               /* OK: it may be played */
-    char text[SERVICE_PLAN_TEXT_MAX]; /* why not, a line each */
-    char *move_text;                  /* of its file */
-    uint32_t planned, reused;         /* its spans; of the move before it */
-    struct service_motion approach;
-    struct service_approach *axis; /* of the rig */
-    struct memory_pool memory;
+enum service_plan_state {
+    SERVICE_PLAN_NONE,   /* nothing is planned, or it still is */
+    SERVICE_PLAN_DONE,   /* here is the move */
+    SERVICE_PLAN_TIME,   /* it took too long, */
+    SERVICE_PLAN_MEMORY, /* or too much memory, */
+    SERVICE_PLAN_FAILED, /* or the planner has failed */
 };
 
-void service_move_free(struct service_move *move);
-/* Fills in `approach`: from where the axes of the rig were sent last to their
- * first keys at a quarter of their limits.  0: they are there; 1: there is
- * something to play; or an error of motion_ease_append_limited.  Not while it is
- * played. */
-int service_move_approach(struct service_move *move,
-                          const struct machine_view_axis axis[]);
-
-enum service_plan_turn {
-    SERVICE_PLAN_IDLE,
-    SERVICE_PLAN_WORKING,
-    SERVICE_PLAN_DONE,
-    SERVICE_PLAN_END, /* the thread is to end */
+/* What is being done, for whoever waits. */
+struct service_plan_progress {
+    char doing[16], what[64]; /* "planning", "camera" */
+    int64_t done, of;         /* of 0: unknown */
 };
 
 struct service_planner {
+    const struct rig *rig;
     const char *rig_path;
-    const char *rig_text; /* of the rig as the service has read it */
-    size_t rig_length;
-    pthread_t thread;
-    pthread_mutex_t lock;
-    pthread_cond_t changed;
-    enum service_plan_turn turn;
-    char *text; /* of the move, the planner's to free */
-    struct service_move *move;
-    struct job *former; /* the thread's own; NULL: none was planned well */
+    struct service_plan_limit limit;
+    pid_t process;
+    int link;                       /* to it; -1: there is none any more */
+    int result;                     /* a file in memory that both have */
+    struct service_plan_page *page; /* memory that both have */
+    uint32_t number;                /* of the plan asked for last */
+    bool works;
 };
 
-/* 0 or an errno. */
-int service_planner_start(struct service_planner *planner, const char *rig_path,
-                          const char *rig_text, size_t rig_length);
-/* Waits for what is being planned. */
+/* Forks: before there is another thread, and before memory is locked.  The rig
+ * has been read, and stays.  0, or an errno. */
+int service_planner_start(struct service_planner *planner,
+                          const struct rig *rig, const char *rig_path,
+                          const struct service_plan_limit *limit);
+/* Whatever is being planned is given up. */
 void service_planner_end(struct service_planner *planner);
-/* Of the text of a move file, a copy of which is made; false: one is being
- * planned. */
+/* The text of a move file, less than SERVICE_PLAN_FILE bytes, which is copied;
+ * false: one is being planned, or there is no planner. */
 bool service_planner_ask(struct service_planner *planner, const char *text);
-/* The move, the caller's now; NULL: nothing has been planned yet. */
-struct service_move *service_planner_take(struct service_planner *planner);
+void service_planner_give_up(struct service_planner *planner);
+/* Once per plan that was not given up: what has become of it; with DONE a move,
+ * the caller's. */
+enum service_plan_state service_planner_take(struct service_planner *planner,
+                                             struct service_move **move);
+void service_planner_progress(const struct service_planner *planner,
+                              struct service_plan_progress *progress);
 
 #endif

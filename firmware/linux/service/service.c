@@ -39,7 +39,7 @@ struct service {
     struct service_recording recording;
     struct service_control control;
     char path[SERVICE_PATH_MAX];
-    bool is_open, plans;
+    bool is_open;
     int64_t watchdog_ns, fed_ns, fed_tick_ns;
 };
 
@@ -113,6 +113,18 @@ static enum status service_machine(struct service *self)
 
 static enum status service_planner(struct service *self)
 {
+    const struct service_config *config = self->config;
+    const int err = service_planner_start(&self->control.planner, &self->rig,
+                                          config->rig_path, &config->plan);
+    if (err == 0)
+        return STATUS_OK;
+    error_say("slew %s: no process to plan in: %s", config->command,
+              strerror(err));
+    return STATUS_SYSTEM;
+}
+
+static void service_control(struct service *self)
+{
     struct service_control *control = &self->control;
     control->rig = &self->rig;
     control->rig_path = self->config->rig_path;
@@ -124,16 +136,6 @@ static enum status service_planner(struct service *self)
     control->rig_text = self->rig_text;
     control->rig_length = self->rig_length;
     control->state = service_board_read(&self->loop.board);
-    const int err =
-        service_planner_start(&control->planner, self->config->rig_path,
-                              self->rig_text, self->rig_length);
-    if (err != 0) {
-        error_say("slew %s: no thread to plan in: %s", self->config->command,
-                  strerror(err));
-        return STATUS_SYSTEM;
-    }
-    self->plans = true;
-    return STATUS_OK;
 }
 
 /* Whatever the tick touches is there and stays there. */
@@ -226,9 +228,8 @@ static enum status service_live(struct service *self)
     sigset_t before;
     const volatile sig_atomic_t *interrupts = interrupt_listen();
     interrupt_mask(&before); /* for the threads that it starts */
-    enum status status = service_planner(self);
-    if (status == STATUS_OK)
-        status = service_begin(self);
+    service_control(self);
+    enum status status = service_begin(self);
     if (status == STATUS_OK)
         status = service_beside(self);
     interrupt_unmask(&before);
@@ -266,8 +267,7 @@ static void service_down(struct service *self)
         service_leave_lamps(self);
     if (self->is_open)
         service_clients_close(&control->clients, self->path);
-    if (self->plans)
-        service_planner_end(&control->planner);
+    service_planner_end(&control->planner);
     service_recording_free(&self->recording);
     service_move_free(control->move);
     service_move_free(control->old_move);
@@ -287,6 +287,8 @@ enum status service_run(const struct service_config *config)
     struct service *self = memory_new(1, sizeof *self);
     self->config = config;
     enum status status = service_read(self);
+    if (status == STATUS_OK)
+        status = service_planner(self);
     if (status == STATUS_OK && config->real &&
         guardian_start(&self->guardian, &self->rig) < 0)
         status = STATUS_SYSTEM;

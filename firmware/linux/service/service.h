@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "firmware/host/base/status.h"
+#include "firmware/linux/service/planner.h"
 
 struct rig;
 struct service_frames;
@@ -28,8 +29,9 @@ struct service_config {
     bool group;            /* those of its group may connect, too */
     int cpu;               /* the tick's; -1: any */
     const struct service_beside *beside; /* NULL: nothing */
-    const char *recordings; /* a directory; NULL: nothing is recorded */
-    bool records;           /* from its first tick on */
+    const char *recordings;         /* a directory; NULL: nothing is recorded */
+    bool records;                   /* from its first tick on */
+    struct service_plan_limit plan; /* what a client's move may take */
 };
 
 /* Runs until SIGTERM or SIGINT: axes stop along their path, then torque off.

@@ -99,7 +99,7 @@ int rig_read_eds(void *reader, const struct yaml_value *value, void *out)
     if (name == NULL || rig_beside(value, name, out) < 0)
         return -1;
     self->eds = memory_resize(self->eds, 1, sizeof *self->eds);
-    if (eds_load(self->files, out, self->eds, message) < 0)
+    if (eds_load(files_regular(self->files), out, self->eds, message) < 0)
         return yaml_value_refuse(value, "cannot be read (%s)", message);
     self->eds_value = *value;
     return 0;

@@ -17,7 +17,8 @@ static int rig_load_quirks(const struct rig_reader *self,
             return 0;
     if (strlen(path) >= RIG_PATH_MAX)
         return yaml_value_refuse(value, "has too long a path");
-    if (quirk_load(self->files, path, &file, value->tree->report.message) < 0)
+    if (quirk_load(files_regular(self->files), path, &file,
+                   value->tree->report.message) < 0)
         return -1;
     rig->quirk = memory_pool_more(&rig->memory, rig->quirk, rig->quirk_count,
                                   sizeof *rig->quirk);

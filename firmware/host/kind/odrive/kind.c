@@ -35,7 +35,8 @@ static int rig_read_endpoints(void *reader, const struct yaml_value *value,
         return -1;
     if (rig_endpoints_path(axis->endpoints, name, value->tree->report.path) <
             0 ||
-        rig_endpoints_load(self->files, axis->endpoints, axis) < 0)
+        rig_endpoints_load(files_regular(self->files), axis->endpoints, axis) <
+            0)
         return yaml_value_refuse(value, "%s is no JSON file that can be read",
                                  yaml_value_quote(quote, value));
     if (axis->enable_watchdog == 0 || axis->watchdog_timeout == 0)

@@ -82,6 +82,7 @@ static enum status cmd_service_serve(const struct options *options)
         .real = options->real,
         .group = options->group,
         .cpu = (int)options->cpu,
+        .plan = { options->plan_ns, options->plan_mib },
         .recordings = options->recordings,
         .records = options->records,
     };
@@ -368,6 +369,7 @@ static const struct option_row cmd_service_option[] = {
     { "record-always", NULL, OPTION_FLAG, offsetof(struct options, records),
       "run, install: from the first tick on, in a file there named by the "
       "time" },
+    OPTIONS_PLAN("run, install: "),
     { "socket", "PATH", OPTION_TEXT, offsetof(struct options, socket),
       "another socket than the rig's" },
     { "port", "N", OPTION_COUNT, offsetof(struct options, port),

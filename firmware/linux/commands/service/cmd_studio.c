@@ -20,6 +20,7 @@ static enum status cmd_studio_serve(struct page *page,
         .interface = options->interface,
         .real = options->real,
         .cpu = (int)options->cpu,
+        .plan = { options->plan_ns, options->plan_mib },
         .beside = &beside,
     };
     return command_may_move(options, "studio") ? service_run(&config)
@@ -69,6 +70,7 @@ static const struct option_row cmd_studio_option[] = {
     OPTIONS_INTERFACE,
     { "cpu", "N", OPTION_COUNT, offsetof(struct options, cpu),
       "the processor of the tick (any)" },
+    OPTIONS_PLAN(""),
     { "socket", "PATH", OPTION_TEXT, offsetof(struct options, socket),
       "another socket of the service than the rig's" },
     OPTIONS_COMMON,

@@ -4,6 +4,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +18,7 @@
 #define INSTALL_UNIT_MAX 64
 #define INSTALL_TEXT_MAX 32768
 #define INSTALL_PATH_MAX 4096
+#define INSTALL_MORE_MAX 200
 
 struct install {
     const struct options *options;
@@ -37,7 +39,7 @@ static const char install_unit[] =
     "\n"
     "[Service]\n"
     "Type=notify\n"
-    "ExecStart=\"%s\" service run %s --group --recordings \"%s\"%s%s%s "
+    "ExecStart=\"%s\" service run %s --group --recordings \"%s\"%s%s "
     "\"%s\"\n"
     "%s"
     "Restart=no\n"
@@ -162,16 +164,27 @@ static enum status install_recordings(struct install *self)
                : install_cannot_stand(path);
 }
 
+/* A number of an option that was given. */
+static void install_more(char more[INSTALL_MORE_MAX], bool is_given,
+                         const char *name, int64_t value)
+{
+    const size_t used = strlen(more);
+    if (is_given)
+        snprintf(more + used, INSTALL_MORE_MAX - used, " --%s %" PRId64, name,
+                 value);
+}
+
 static enum status install_text(struct install *self)
 {
     const struct options *options = self->options;
-    char cpu[32] = "", port[32] = "", rows[INSTALL_PATH_MAX + 32];
+    char more[INSTALL_MORE_MAX] = "", rows[INSTALL_PATH_MAX + 32];
     struct rig rig = { .title = "" };
     const enum status status = planning_rig(self->rig, &rig);
-    if (options->cpu >= 0)
-        snprintf(cpu, sizeof cpu, " --cpu %d", (int)options->cpu);
-    if (options->port >= 0)
-        snprintf(port, sizeof port, " --port %d", (int)options->port);
+    install_more(more, options->cpu >= 0, "cpu", options->cpu);
+    install_more(more, options->port >= 0, "port", options->port);
+    install_more(more, options->plan_ns > 0, "plan-time",
+                 (options->plan_ns + 999999999) / 1000000000);
+    install_more(more, options->plan_mib > 0, "plan-memory", options->plan_mib);
     for (char *at = rig.title; *at != '\0'; at++)
         if (iscntrl((unsigned char)*at) || *at == '%')
             *at = ' ';
@@ -181,8 +194,8 @@ static enum status install_text(struct install *self)
                                          : self->recordings);
     snprintf(self->text, sizeof self->text, install_unit, rig.title,
              self->program, options->real ? "--real --yes" : "--sim",
-             self->recordings, options->records ? " --record-always" : "", cpu,
-             port, self->rig, rows);
+             self->recordings, options->records ? " --record-always" : "", more,
+             self->rig, rows);
     rig_free(&rig);
     return status;
 }

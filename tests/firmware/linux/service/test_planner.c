@@ -1,149 +1,410 @@
-/* tests/firmware/linux/service/test_planner.c - moves that a service plans one after
- * the other: what is taken over from the one before changes no bit. */
+/* tests/firmware/linux/service/test_planner.c - moves of clients are planned in
+ * another process: what comes of it is what planning here gives, to the bit; what
+ * it may take is bounded, and it can be given up at any time; of files it reads
+ * regular ones below the rig's folder alone, and quotes none. */
+#define _GNU_SOURCE /* mkfifo, symlink, usleep */
+#include "firmware/linux/service/planner.h"
+
+#include <errno.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/linux/service/planner.h"
-#include "firmware/studio/wasm/store.h"
+#include "firmware/host/job/job_shots.h"
+#include "firmware/host/track/track_file.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/core/clock_warp.h"
 #include "tests/support/check.h"
 
-#define KEYS     30
-#define TEXT_MAX 4000
+#define TEXT_MAX  200000
+#define PROMPT_MS 1000 /* a planner that is killed, on a machine with load */
 
-static const char rig[] =
-    "buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}\n"
+static const char rig_text[] =
+    "tick: 5 ms\n"
+    "buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s},\n"
+    "  line1: {kind: modbus-rtu, device: /dev/ttyUSB0, baud: 115200}}\n"
+    "gpio: {camera: {kind: trigger, line: GPIO23, width: 50 ms}}\n"
     "axes:\n"
     "  x:\n"
     "    unit: mm\n"
     "    limits: {position: [-900, 900], velocity: 400, acceleration: 1900}\n"
     "    following_error: {floor: 1 mm, time: 20 ms}\n"
-    "    drive: {kind: cia402, bus: can0, node: 1, counts: 100 per mm}\n";
+    "    drive: {kind: cia402, bus: can0, node: 1, counts: 100 per mm}\n"
+    "  y:\n"
+    "    unit: mm\n"
+    "    limits: {position: [-900, 900], velocity: 400, acceleration: 1900}\n"
+    "    following_error: {floor: 1 mm, time: 20 ms}\n"
+    "    drive: {kind: modbus, bus: line1, node: 2, map: leadshine-el7,\n"
+    "            counts: 100 per mm, mode: point-to-point, unsupervised: "
+    "yes}\n";
 
-static void write_move(char text[TEXT_MAX], const char *curve,
-                       const int key[KEYS])
+/* Minutes of work, and gigabytes, from few bytes. */
+static const char endless[] =
+    "axes: {x: {curve: bezier, keys: [[0, 0], [1, 1]]}}\n"
+    "shoot: {mode: go-motion, frames: 100000, exposure: 100 ms, blur: 50 %,\n"
+    "        move: 1 s, line: camera}\n";
+
+static struct {
+    char folder[64], rig[160];
+    struct rig loaded;
+    struct service_planner planner;
+} bench;
+
+static int64_t now_ms(void)
 {
-    int n = snprintf(text, TEXT_MAX, "axes:\n  x:\n    curve: %s\n    keys:\n",
-                     curve);
-
-    for (int i = 0; i < KEYS; i++)
-        n += snprintf(text + n, (size_t)(TEXT_MAX - n), "      - [%d s, %d]\n",
-                      i, key[i]);
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * INT64_C(1000) + now.tv_nsec / 1000000;
 }
 
-static struct service_move *planned(struct service_planner *planner,
-                                    const char *text)
-{
-    struct service_move *move = NULL;
+/* --- the bench: a folder, a rig in it, a planner --- */
 
-    assert_true(service_planner_ask(planner, text));
-    while (move == NULL) {
-        (void)nanosleep(&(struct timespec){ .tv_nsec = 200000 }, NULL);
-        move = service_planner_take(planner);
-    }
-    return move;
+static void path_of(char path[160], const char *name)
+{
+    snprintf(path, 160, "%s/%s", bench.folder, name);
 }
 
-/* As a planner that has planned nothing before. */
-static void same(const struct service_move *move, const char *text)
+static void put(const char *name, const char *text)
 {
-    static struct job fresh;
-    struct store store = { .count = 0 }, files;
+    char path[160];
+    path_of(path, name);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fputs(text, file);
+    assert_int_equal(fclose(file), 0);
+}
 
-    store_put(&store, "rig.yaml", rig, strlen(rig));
-    store_put(&store, "move.yaml", text, strlen(text));
-    store_snapshot(&store, &files);
+static void up(const struct service_plan_limit *limit)
+{
     assert_int_equal(
-        job_open(&fresh, &files.files, "rig.yaml", "move.yaml", false, NULL),
-        STATUS_OK);
-    job_check(&fresh, MOTION_CLOCK_WARP_ONE_Q30);
-    assert_int_equal(move->status,
-                     fresh.violation_count > 0 ? STATUS_REFUSED : STATUS_OK);
-    assert_int_equal(move->job.violation_count, fresh.violation_count);
-    for (uint32_t i = 0; i < fresh.violation_count; i++)
-        assert_memory_equal(&move->job.violation[i].value,
-                            &fresh.violation[i].value, sizeof(int64_t));
-    assert_int_equal(move->job.track[0].count, fresh.track[0].count);
-    for (uint32_t i = 0; i < fresh.track[0].count; i++)
-        if (!job_same_segment(&move->job.track[0].segment[i],
-                              &fresh.track[0].segment[i]))
-            fail_msg("segment %u differs after\n%s", (unsigned)i, text);
-    job_free(&fresh);
-    store_free(&files);
-    store_free(&store);
+        service_planner_start(&bench.planner, &bench.loaded, bench.rig, limit),
+        0);
 }
 
-static void a_move_takes_over_what_did_not_change(void **state)
+static int make_folder(void **state)
 {
-    static const char *const curves[] = { "bezier", "quintic", "c2" };
-    static struct service_planner planner;
-    char text[TEXT_MAX];
-    unsigned refused = 0;
-
+    struct messages messages = { .text = NULL };
     (void)state;
-    seed_from("edits of keys");
-    assert_int_equal(
-        service_planner_start(&planner, "rig.yaml", rig, sizeof rig - 1), 0);
-    for (size_t c = 0; c < ARRAY_LEN(curves); c++) {
-        struct service_move *last = NULL;   /* is played meanwhile */
-        const int most = c == 1 ? 30 : 300; /* slow and fast */
-        int key[KEYS];
-        for (int i = 0; i < KEYS; i++)
-            key[i] = (int)draw_below((uint32_t)most);
-        /* Curves are fitted to a part of the range, which is to stay. */
-        key[0] = 0;
-        key[1] = most;
-        for (int round = 0; round < 20; round++) {
-            write_move(text, curves[c], key);
-            struct service_move *move = planned(&planner, text);
-            same(move, text);
-            assert_int_equal(move->planned, KEYS - 1);
-            if (round > 0 && c < 2)
-                assert_in_range(move->reused, KEYS - 10, KEYS - 2);
-            refused += move->status == STATUS_REFUSED;
-            service_move_free(last);
-            last = move;
-            int *const other = &key[2 + draw_below(KEYS - 3)];
-            *other = (*other + 1 + (int)draw_below((uint32_t)most - 1)) % most;
-        }
-        service_move_free(last);
-    }
-    assert_in_range(refused, 1, 40);
-    service_planner_end(&planner);
+    snprintf(bench.folder, sizeof bench.folder, "/tmp/slew-plan-XXXXXX");
+    if (mkdtemp(bench.folder) == NULL)
+        return -1;
+    path_of(bench.rig, "rig.yaml");
+    put("rig.yaml", rig_text);
+    return job_read_rig(&disk_files, bench.rig, &bench.loaded, &messages) ==
+                   STATUS_OK
+               ? 0
+               : -1;
 }
 
-/* What cannot be read leaves what was planned before it. */
-static void a_text_that_is_wrong_costs_nothing_later(void **state)
+static int clear_folder(void **state)
 {
-    static struct service_planner planner;
-    char text[TEXT_MAX];
-    int key[KEYS] = { 0 };
-
+    char line[128];
     (void)state;
-    assert_int_equal(
-        service_planner_start(&planner, "rig.yaml", rig, sizeof rig - 1), 0);
-    write_move(text, "quintic", key);
-    service_move_free(planned(&planner, text));
-    struct service_move *wrong = planned(&planner, "axes: {x: 3}\n");
-    assert_int_equal(wrong->status, STATUS_INPUT);
-    assert_non_null(strstr(wrong->text, "move.yaml:1:"));
-    service_move_free(wrong);
-    key[9] = 5;
-    write_move(text, "quintic", key);
-    struct service_move *move = planned(&planner, text);
-    same(move, text);
-    assert_in_range(move->reused, KEYS - 8, KEYS - 2);
+    rig_free(&bench.loaded);
+    snprintf(line, sizeof line, "rm -r %s", bench.folder);
+    return system(line);
+}
+
+static int down(void **state)
+{
+    (void)state;
+    service_planner_end(&bench.planner);
+    return 0;
+}
+
+/* What becomes of a text. */
+static enum service_plan_state plan(const char *text,
+                                    struct service_move **move)
+{
+    enum service_plan_state end = SERVICE_PLAN_NONE;
+    if (!service_planner_ask(&bench.planner, text))
+        fail_msg("not asked for: %.60s", text);
+    while (end == SERVICE_PLAN_NONE) {
+        usleep(200);
+        end = service_planner_take(&bench.planner, move);
+    }
+    return end;
+}
+
+static void planned(const char *text, enum status status, const char *part)
+{
+    struct service_move *move;
+    assert_int_equal(plan(text, &move), SERVICE_PLAN_DONE);
+    if (move->facts.status != status || strstr(move->facts.text, part) == NULL)
+        fail_msg("%.60s: %d, \"%s\", expected \"%s\"", text,
+                 (int)move->facts.status, move->facts.text, part);
     service_move_free(move);
-    service_planner_end(&planner);
+}
+
+/* --- claims --- */
+
+static void same_track(const struct motion_track *own,
+                       const struct motion_track *other)
+{
+    assert_int_equal(own->count, other->count);
+    assert_int_equal(own->end_ns_q12, other->end_ns_q12);
+    assert_memory_equal(&own->end, &other->end, sizeof own->end);
+    for (uint32_t i = 0; i < own->count; i++)
+        assert_memory_equal(&own->segment[i], &other->segment[i],
+                            sizeof own->segment[i]);
+}
+
+static void same_axis(const struct service_move *move, const struct job *job,
+                      unsigned i)
+{
+    const struct service_move_axis *axis = &move->axis[job->rig_axis[i]];
+    const struct plan_axis *own = &job->move.axis[i];
+    assert_true(axis->is_driven);
+    same_track(&axis->track, &job->track[i]);
+    assert_true(axis->by_profile == (job->goal[i] != NULL));
+    assert_int_equal(axis->goal_count, job->goal_count[i]);
+    for (uint32_t k = 0; k < axis->goal_count; k++)
+        assert_memory_equal(&axis->goal[k], &job->goal[i][k],
+                            sizeof axis->goal[k]);
+    assert_int_equal(axis->key_count, own->key_count);
+    for (uint32_t k = 0; k < axis->key_count; k++)
+        assert_true(axis->key_ns_q12[k] == own->key[k].key.t_ns_q12);
+}
+
+static void a_move_is_that_of_planning_here(void **state)
+{
+    static const char *const text[] = {
+        "title: A\naxes: {x: {curve: quintic, keys: [[0, 3], [1, 20], [4, "
+        "3]]}}",
+        "axes:\n  x: {curve: bezier, keys: [[0, 0], [2, 90]]}\n"
+        "  y: {curve: s-curve, keys: [[0, 5], [3, 50], [9, 5]]}\n",
+        "fps: 24\nloop: 3\nping_pong: yes\n"
+        "axes: {x: {curve: c2, keys: [[0, 0], [1, 5], [3, 0]]}}\n"
+        "warp: {curve: quintic, keys: [[0, 0], [6, 3]]}\n",
+        "axes: {x: {curve: s-curve, keys: [[0, 0], [0.05, 300]]}}", /* LIMIT */
+        "axes: {x: {curve: s-curve, keys: [[0, 7]]}}", /* no segment */
+        "axes: {x: {curve: s-curve, keys: [[0, 0], [5, 90]]}}\n"
+        "events: [{line: camera, at: 1 s}, {line: camera, at: 1.01 s}]\n",
+        "axes: {x: {curve: s-curve, keys: [[0, 0], [5, 90]]}}\n"
+        "shoot: {mode: stop, frames: 5, exposure: 1 s, move: 2 s,\n"
+        "        settle: 1 s, line: camera, step: operator}\n",
+    };
+    struct job job;
+    (void)state;
+    up(&(struct service_plan_limit){ 0 });
+    for (size_t n = 0; n < ARRAY_LEN(text); n++) {
+        struct service_move *move;
+        assert_int_equal(plan(text[n], &move), SERVICE_PLAN_DONE);
+        put("move.yaml", text[n]);
+        char path[160];
+        path_of(path, "move.yaml");
+        assert_int_equal(
+            job_open(&job, &disk_files, bench.rig, path, false, NULL),
+            STATUS_OK);
+        job_check(&job, MOTION_CLOCK_WARP_ONE_Q30);
+        const bool plays =
+            job.violation_count == 0 &&
+            job_shots_check(&job, MOTION_CLOCK_WARP_ONE_Q30, &job.messages);
+        assert_int_equal(move->facts.status,
+                         plays ? STATUS_OK : STATUS_REFUSED);
+        assert_true(move->facts.end_ns_q12 == job.end_ns_q12);
+        assert_string_equal(move->facts.title, job.move.title);
+        assert_string_equal(move->file_text, text[n]);
+        assert_true(move->facts.is_warped == (job.move.warp != NULL));
+        assert_memory_equal(&move->facts.steps, &job.steps, sizeof job.steps);
+        for (unsigned i = 0; plays && i < job.move.axis_count; i++)
+            same_axis(move, &job, i);
+        assert_int_equal(plays ? move->shots[0].count : 0,
+                         plays ? job.shots[0].count : 0);
+        for (uint32_t k = 0; plays && k < job.shots[0].count; k++)
+            assert_true(move->shots[0].t_ns_q12[k] == job.shots[0].t_ns_q12[k]);
+        job_free(&job);
+        service_move_free(move);
+    }
+}
+
+static void a_plan_ends_in_its_time(void **state)
+{
+    struct service_move *move;
+    (void)state;
+    up(&(struct service_plan_limit){ .time_ns = 300000000, .mib = 65536 });
+    const int64_t begin_ms = now_ms();
+    assert_int_equal(plan(endless, &move), SERVICE_PLAN_TIME);
+    assert_in_range(now_ms() - begin_ms, 290, 300 + PROMPT_MS);
+    planned("axes: {x: {curve: s-curve, keys: [[0, 0], [1, 1]]}}", STATUS_OK,
+            "");
+}
+
+static void a_plan_ends_at_its_memory(void **state)
+{
+    struct service_move *move;
+    (void)state;
+    up(&(struct service_plan_limit){ .mib = 150 });
+    assert_int_equal(plan(endless, &move), SERVICE_PLAN_MEMORY);
+    planned("axes: {x: {curve: s-curve, keys: [[0, 0], [1, 1]]}}", STATUS_OK,
+            "");
+}
+
+/* Also when it had been over just then: the answer is that to the last text. */
+static void a_plan_is_given_up_at_any_time(void **state)
+{
+    struct service_move *move;
+    char text[200];
+    (void)state;
+    up(&(struct service_plan_limit){ 0 });
+    for (unsigned i = 0; i < 60; i++) {
+        const bool is_long = i % 3 == 0;
+        snprintf(text, sizeof text,
+                 "title: n%u\naxes: {x: {curve: s-curve, keys: [[0, 0], "
+                 "[1, 1]]}}",
+                 i);
+        assert_true(
+            service_planner_ask(&bench.planner, is_long ? endless : text));
+        usleep(i * 150);
+        service_planner_give_up(&bench.planner);
+        const int64_t begin_ms = now_ms();
+        snprintf(text, sizeof text,
+                 "title: m%u\naxes: {x: {curve: s-curve, keys: [[0, 0], "
+                 "[1, 1]]}}",
+                 i);
+        assert_int_equal(plan(text, &move), SERVICE_PLAN_DONE);
+        assert_string_equal(move->file_text, text);
+        assert_memory_equal(move->facts.title, text + 7, 2);
+        assert_in_range(now_ms() - begin_ms, 0, PROMPT_MS);
+        service_move_free(move);
+    }
+}
+
+static void the_end_does_not_wait_for_a_plan(void **state)
+{
+    (void)state;
+    up(&(struct service_plan_limit){ 0 });
+    assert_true(service_planner_ask(&bench.planner, endless));
+    usleep(100000);
+    const int64_t begin_ms = now_ms();
+    service_planner_end(&bench.planner);
+    assert_in_range(now_ms() - begin_ms, 0, PROMPT_MS);
+}
+
+static void progress_says_what_is_done(void **state)
+{
+    struct service_plan_progress progress = { .of = 0 };
+    (void)state;
+    up(&(struct service_plan_limit){ 0 });
+    assert_true(service_planner_ask(&bench.planner, endless));
+    for (int i = 0; i < 5000 && progress.doing[0] == '\0'; i++) {
+        usleep(1000);
+        service_planner_progress(&bench.planner, &progress);
+    }
+    assert_string_equal(progress.doing, "planning");
+    service_planner_give_up(&bench.planner);
+}
+
+/* A planner that fails, and one that is gone. */
+static void a_planner_that_dies_is_no_end_of_the_service(void **state)
+{
+    struct service_move *move;
+    (void)state;
+    up(&(struct service_plan_limit){ 0 });
+    assert_true(service_planner_ask(&bench.planner, endless));
+    kill(bench.planner.process, SIGKILL);
+    enum service_plan_state end = SERVICE_PLAN_NONE;
+    for (int i = 0; i < 5000 && end == SERVICE_PLAN_NONE; i++) {
+        usleep(1000);
+        end = service_planner_take(&bench.planner, &move);
+    }
+    assert_int_equal(end, SERVICE_PLAN_FAILED);
+    assert_false(service_planner_ask(&bench.planner, "axes: 1"));
+    assert_int_equal(service_planner_take(&bench.planner, &move),
+                     SERVICE_PLAN_NONE);
+}
+
+/* --- files that a text names --- */
+
+#define LAYER(name)                                                            \
+    "axes: {x: {curve: s-curve, keys: [[0, 0], [4, 20]]}}\n"                   \
+    "layers: [{move: " name "}]\n"
+
+static void files_below_the_rig_alone_are_read(void **state)
+{
+    static const char good[] =
+        "axes: {x: {curve: s-curve, keys: [[0, 0], [4, 5]]}}\n";
+    static const struct {
+        const char *text, *says; /* "": it is planned */
+    } row[] = {
+        { LAYER("good.yaml"), "" },
+        { LAYER("sub/good.yaml"), "" },
+        { LAYER("link.yaml"), "" },
+        { LAYER("sub/../good.yaml"), "" },
+        { LAYER("none.yaml"), "No such file" },
+        { LAYER("secret.txt"), "secret.txt:1:1: the file is no move" },
+        { LAYER("secret.yaml"), "secret.yaml:2:1: the file is no move" },
+        { LAYER("out.yaml"), "not below the folder" },
+        { LAYER("../none.yaml"), "not below the folder" },
+        { LAYER("/etc/passwd"), "not below the folder" },
+        { LAYER("/etc/none"), "not below the folder" },
+        { LAYER("/proc/self/environ"), "not below the folder" },
+        { LAYER("/proc/self/fd/0"), "not below the folder" },
+        { LAYER("fifo"), "not a regular file" },
+        { LAYER("fifo.yaml"), "not a regular file" },
+        { LAYER("/dev/zero"), "not below the folder" },
+        { LAYER("/dev/ptmx"), "not below the folder" },
+        { LAYER("sub"), "not a regular file" },
+        { LAYER("huge.yaml"), "larger than 16 MiB" },
+        { LAYER("."), "not below the folder" },
+        { "axes: {x: {curve: s-curve, keys: [[0, 0], [4, 20]]}}\n"
+          "fade: {move: fifo, weight: {curve: s-curve, keys: [[0, 0 %], [4, "
+          "100 %]]}}\n",
+          "not a regular file" },
+    };
+    char path[160];
+    (void)state;
+    path_of(path, "sub");
+    assert_int_equal(mkdir(path, 0700), 0);
+    put("good.yaml", good);
+    put("sub/good.yaml", good);
+    put("secret.txt", "root:secret:12345\n");
+    put("secret.yaml", "title: t\npassword: hunter2\n");
+    path_of(path, "link.yaml");
+    assert_int_equal(symlink("sub/good.yaml", path), 0);
+    path_of(path, "out.yaml");
+    assert_int_equal(symlink("/etc/passwd", path), 0);
+    put("huge.yaml", "");
+    path_of(path, "huge.yaml");
+    assert_int_equal(truncate(path, INT64_C(1) << 40), 0);
+    path_of(path, "fifo");
+    assert_int_equal(mkfifo(path, 0600), 0);
+    path_of(path, "fifo.yaml");
+    assert_int_equal(symlink("fifo", path), 0);
+    up(&(struct service_plan_limit){ .time_ns = INT64_C(5000000000) });
+    for (size_t i = 0; i < ARRAY_LEN(row); i++) {
+        struct service_move *move;
+        assert_int_equal(plan(row[i].text, &move), SERVICE_PLAN_DONE);
+        const char *text = move->facts.text;
+        if ((move->facts.status == STATUS_OK) != (row[i].says[0] == '\0') ||
+            strstr(text, row[i].says) == NULL)
+            fail_msg("%s: \"%s\", expected \"%s\"", row[i].text, text,
+                     row[i].says);
+        assert_null(strstr(text, "secret:12345"));
+        assert_null(strstr(text, "hunter2"));
+        assert_null(strstr(text, "password"));
+        assert_null(strstr(text, "root:"));
+        service_move_free(move);
+    }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_move_takes_over_what_did_not_change),
-        cmocka_unit_test(a_text_that_is_wrong_costs_nothing_later),
+        cmocka_unit_test_teardown(a_move_is_that_of_planning_here, down),
+        cmocka_unit_test_teardown(a_plan_ends_in_its_time, down),
+        cmocka_unit_test_teardown(a_plan_ends_at_its_memory, down),
+        cmocka_unit_test_teardown(a_plan_is_given_up_at_any_time, down),
+        cmocka_unit_test_teardown(the_end_does_not_wait_for_a_plan, down),
+        cmocka_unit_test_teardown(progress_says_what_is_done, down),
+        cmocka_unit_test_teardown(a_planner_that_dies_is_no_end_of_the_service,
+                                  down),
+        cmocka_unit_test_teardown(files_below_the_rig_alone_are_read, down),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_folder, clear_folder);
 }
