@@ -168,8 +168,9 @@ bool mailbox_step(struct mailbox *mailbox, struct playback *playback)
         controller_stop(playback->controller);
     for (unsigned i = 0; i < MAILBOX_CAPACITY && done != put; i++, done++) {
         struct mailbox_entry *entry = &mailbox->entry[done % MAILBOX_CAPACITY];
-        entry->err =
-            stop ? MOTION_E_STATE : function[entry->command](playback, entry);
+        entry->err = stop && entry->command != MAILBOX_OFF
+                         ? MOTION_E_STATE
+                         : function[entry->command](playback, entry);
     }
     mailbox->done = done;
     return stop;

@@ -106,7 +106,8 @@ void mailbox_stop(struct mailbox *mailbox);
 
 /* Between two ticks: everything that was put is done, in order.  True: stops
  * were asked for since the last call; the controller has been told first, and
- * commands that were put with them do not undo it. */
+ * commands that were put with them are refused, but for OFF, so that none undoes
+ * it. */
 bool mailbox_step(struct mailbox *mailbox, struct playback *playback);
 
 #endif

@@ -48,8 +48,10 @@ static inline int service_bench_machine(struct service_bench *self)
     service_loop_init(&self->loop, &self->machine, false, -1);
     service_control_reserve(control, &self->loop.memory);
     control->holder = NULL;
-    control->waits = control->jogged = control->jog_stops = false;
+    control->jogged = control->jog_stops = false;
+    control->flights = 0;
     control->loop = &self->loop;
+    control->clients.mailbox = &self->loop.mailbox;
     control->state = service_board_read(&self->loop.board);
     return 0;
 }
@@ -108,6 +110,7 @@ static inline void service_bench_close(struct service_bench *self)
 /* What clients have sent is read, and answered once a tick has taken it. */
 static inline void service_bench_serve(struct service_bench *self)
 {
+    (void)service_clients_look(&self->control.clients, 0);
     service_control_step(&self->control, 0);
 }
 

@@ -1,41 +1,86 @@
 /* firmware/linux/service/clients.h - who is connected to the socket of a
- * service: lines in, lines out.
+ * service: lines in, lines out, and a stop at once.
  *
- * Nothing here waits for a client.  What it sends is read into a bounded
- * buffer, and no further while its answers are not taken; what it does not
- * take, of the stream, is left out and counted; an answer that does not fit is
- * the end of it. */
+ *   reader   reads every seat in turn, a little of each.  A stop is counted in
+ *            the mailbox and answered as its line is complete; any other line
+ *            goes into the queue of its seat, or is refused where that is full
+ *   server   takes lines out of the queues, one of each seat in its turn, and
+ *            answers them
+ *
+ * The reader is a thread of its own that does nothing else: whatever the server
+ * is about, whatever waits before a stop in its own seat or another, and whether
+ * or not its client reads answers, a stop is never behind it.  Nothing waits for
+ * a client: of what it does not take, streams and answers to what was refused are
+ * left out and counted, and its next requests wait. */
 #ifndef FIRMWARE_LINUX_SERVICE_CLIENTS_H
 #define FIRMWARE_LINUX_SERVICE_CLIENTS_H
 
 #include <cjson/cJSON.h>
-#include <poll.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#define SERVICE_CLIENTS  64     /* at one time; others are told so and closed */
-#define SERVICE_LINE_MAX 262144 /* bytes of a line, with its LF */
-#define SERVICE_OUT      65536
-#define SERVICE_ID_MAX   64 /* bytes of an id as JSON, with the 0 */
+#include "firmware/linux/service/line.h"
+
+#define SERVICE_CLIENTS     64 /* at one time; others are told so and closed */
+#define SERVICE_LINE_MAX    262144 /* bytes of a line, with its LF */
+#define SERVICE_LINE_VALUES 4096 /* in it, one within another or side by side */
+#define SERVICE_QUEUE       64   /* lines of a seat that wait, */
+#define SERVICE_QUEUE_BYTES SERVICE_LINE_MAX /* and bytes of them */
+#define SERVICE_OUT         65536
+
+struct mailbox;
+
+struct service_line {
+    char *text; /* without its LF, and with a 0; for free() */
+    size_t length;
+    uint32_t stops; /* that were counted before it came */
+};
+
+/* A line that was taken out of the queue, and what it says. */
+struct service_request_line {
+    struct service_line line; /* text NULL: none */
+    cJSON *object;            /* NULL: no JSON */
+};
 
 struct service_client {
-    int file;        /* -1: nobody */
     uint64_t number; /* of its kind ever */
-    char *in;        /* on the heap */
-    size_t in_length, in_size;
-    size_t line; /* bytes at the front that are the present line */
+
+    /* the reader's */
+    struct service_line_scan scan;
+    char *in; /* on the heap: the line that is coming, and what is behind it */
+    size_t in_length, in_size, looked;
+
+    /* under the lock */
+    int file;  /* -1: nobody */
+    bool over; /* to be closed */
+    struct service_line queue[SERVICE_QUEUE];
+    unsigned first, count;
+    size_t queued; /* bytes */
     char out[SERVICE_OUT];
     size_t out_length;
-    bool over; /* closed once its answers were sent, or could not be */
-    int64_t stream_ns, stream_due_ns; /* 0: it has no stream */
-    uint64_t dropped;                 /* of the stream */
+    uint64_t dropped; /* lines to it that did not fit */
+
+    /* the server's */
+    bool is_here;                           /* it has been greeted */
+    struct service_request_line head, next; /* the one whose turn it is */
+    char id[SERVICE_ID_MAX];                /* of the head, as JSON; "": none */
+    int64_t stream_ns, stream_due_ns;       /* 0: it has no stream */
 };
 
 struct service_clients {
     int listener;
+    struct mailbox *mailbox; /* where stops are counted */
+    pthread_mutex_t lock;
+    pthread_cond_t changed;
+    bool woken;     /* there is something for the server */
     uint64_t count; /* ever */
     uint64_t refused;
+    pthread_t thread;
+    bool runs;
+    _Atomic bool ends;
     struct service_client client[SERVICE_CLIENTS];
 };
 
@@ -45,19 +90,37 @@ int service_clients_open(struct service_clients *clients, const char *path,
                          unsigned mode);
 void service_clients_close(struct service_clients *clients, const char *path);
 
-/* Takes in and gives out what there is, waiting at most timeout_ms for it.
- * `gone` is told of each client that is gone. */
-void service_clients_step(
-    struct service_clients *clients, int timeout_ms,
+/* --- the reader --- */
+
+/* One look at every seat, and at who knocks, waiting at most timeout_ms for
+ * something to come.  True: there is more. */
+bool service_clients_look(struct service_clients *clients, int timeout_ms);
+/* In a thread of its own, until the end; ahead of what is not real-time where
+ * that is allowed.  0, or an errno. */
+int service_clients_start(struct service_clients *clients);
+void service_clients_stop(struct service_clients *clients);
+
+/* --- the server --- */
+
+/* Until something has come, at most timeout_ms. */
+void service_clients_wait(struct service_clients *clients, int timeout_ms);
+/* Sends what there is to send; `came` and `gone` are told of who is new and who
+ * has left. */
+void service_clients_serve(
+    struct service_clients *clients,
     void (*came)(void *context, struct service_client *client),
     void (*gone)(void *context, struct service_client *client), void *context);
-
-/* The next whole line, without its LF and with a 0, until the next call; NULL:
- * there is none.  Empty lines are left out. */
-char *service_client_line(struct service_client *client);
-/* Frees the object.  False: it did not fit; the client is over. */
-bool service_client_answer(struct service_client *client, cJSON *object);
-/* The same for what may be left out: then it is counted. */
-void service_client_tell(struct service_client *client, cJSON *object);
+/* The next line of a client into client->head, where there is none, or into
+ * client->next; false: there is no more, or it does not take its answers. */
+bool service_client_next(struct service_clients *clients,
+                         struct service_client *client);
+/* The head has been done; `next` is in its place. */
+void service_client_forget(struct service_client *client);
+/* Frees the object.  An answer that does not fit is the end of its client. */
+void service_client_answer(struct service_clients *clients,
+                           struct service_client *client, cJSON *object);
+/* A line that may be left out: then it is counted. */
+void service_client_tell(struct service_clients *clients,
+                         struct service_client *client, const char *text);
 
 #endif

@@ -21,29 +21,28 @@ cJSON *command_line_object(const char *id, bool ok)
     return object;
 }
 
-void command_line_answer(struct service_client *client, cJSON *object)
+void command_line_answer(const struct command_line *self, cJSON *object)
 {
-    (void)service_client_answer(client, object);
+    service_client_answer(&self->control->clients, self->client, object);
 }
 
 void command_line_done(const struct command_line *self)
 {
-    command_line_answer(self->client, command_line_object(self->id, true));
+    command_line_answer(self, command_line_object(self->id, true));
 }
 
-void command_line_fail(struct service_client *client, const char *id,
-                       const char *error, const char *text)
+cJSON *command_line_failure(const char *id, const char *error, const char *text)
 {
     cJSON *object = command_line_object(id, false);
     cJSON_AddStringToObject(object, "error", error);
     cJSON_AddStringToObject(object, "text", text);
-    command_line_answer(client, object);
+    return object;
 }
 
 void command_line_refuse(const struct command_line *self, const char *error,
                          const char *text)
 {
-    command_line_fail(self->client, self->id, error, text);
+    command_line_answer(self, command_line_failure(self->id, error, text));
 }
 
 const char *command_line_error(int err)
@@ -126,43 +125,77 @@ int command_line_axis(const struct command_line *self, const char *name)
 
 /* --- to the tick --- */
 
-static void command_line_wait(const struct command_line *self, bool by_request,
-                              enum mailbox_command command)
+static struct service_flight *line_flight(struct service_control *control)
+{
+    return &control->flight[(control->flight_first + control->flights++) %
+                            SERVICE_FLIGHTS];
+}
+
+void service_flies(struct service_control *control,
+                   enum mailbox_command command)
+{
+    *line_flight(control) = (struct service_flight){ .command = command };
+}
+
+static void line_flies(const struct command_line *self, bool by_request,
+                       enum mailbox_command command)
 {
     struct service_control *control = self->control;
-    control->waits = true;
-    control->by_request = by_request;
-    control->command = command;
-    control->asker = self->client->number;
-    control->asker_seat = (unsigned)(self->client - control->clients.client);
-    memcpy(control->id, self->id, sizeof control->id);
+    struct service_flight *flight = line_flight(control);
+    *flight = (struct service_flight){
+        .by_request = by_request,
+        .command = command,
+        .asker = self->client->number,
+        .seat = (unsigned)(self->client - control->clients.client),
+    };
+    snprintf(flight->id, sizeof flight->id, "%s", self->id);
+}
+
+/* Sends what it is: an entry of the mailbox, or a request.  Under the lock of
+ * those who stop, so that no stop comes between the look and the sending. */
+static void line_send(const struct command_line *self,
+                      const struct mailbox_entry *entry,
+                      const struct service_request *request)
+{
+    struct service_clients *clients = &self->control->clients;
+    struct service_loop *loop = self->control->loop;
+    int err = MOTION_OK;
+    (void)pthread_mutex_lock(&clients->lock);
+    const bool is_stopped =
+        self->moves && self->client->head.line.stops != loop->mailbox.stops;
+    if (!is_stopped && entry != NULL) {
+        err = mailbox_send(&loop->mailbox, entry);
+    } else if (!is_stopped) {
+        loop->request = *request;
+        loop->turn = SERVICE_ASKED;
+    }
+    (void)pthread_mutex_unlock(&clients->lock);
+    if (is_stopped)
+        command_line_refuse(self, "STATE", "a stop has come after this");
+    else if (err < 0)
+        command_line_refuse(self, command_line_error(err),
+                            motion_err_text(err));
+    else
+        line_flies(self, entry == NULL,
+                   entry == NULL ? MAILBOX_COMMANDS : entry->command);
 }
 
 void command_line_send(const struct command_line *self,
                        const struct mailbox_entry *entry)
 {
-    const int err = mailbox_send(&self->control->loop->mailbox, entry);
-    if (err < 0)
-        command_line_refuse(self, command_line_error(err),
-                            motion_err_text(err));
-    else
-        command_line_wait(self, false, entry->command);
+    line_send(self, entry, NULL);
 }
 
 void command_line_request(const struct command_line *self,
                           const struct service_request *request)
 {
-    self->control->loop->request = *request;
-    self->control->loop->turn = SERVICE_ASKED;
-    command_line_wait(self, true, MAILBOX_COMMANDS);
+    line_send(self, NULL, request);
 }
 
-struct service_client *command_line_asker(const struct service_control *control)
+struct service_client *service_asker(struct service_control *control,
+                                     uint64_t number, unsigned seat)
 {
-    const struct service_client *client =
-        &control->clients.client[control->asker_seat];
-    return control->asker != 0 && client->file >= 0 &&
-                   client->number == control->asker
-               ? (struct service_client *)client
-               : NULL;
+    struct service_client *client = &control->clients.client[seat];
+    return number != 0 && client->is_here && client->number == number ? client
+                                                                      : NULL;
 }

@@ -12,7 +12,8 @@ struct command_line {
     struct service_control *control;
     struct service_client *client;
     const cJSON *request;
-    char id[SERVICE_ID_MAX]; /* as JSON; "" when there is none */
+    const char *id; /* as JSON; "" when there is none */
+    bool moves;     /* a stop that came after it takes it back */
 };
 
 /* --- answers --- */
@@ -20,11 +21,11 @@ struct command_line {
 /* An answer to the request of this id, to which members may be added. */
 cJSON *command_line_object(const char *id, bool ok);
 /* Sent, or kept until the client reads; the object is deleted. */
-void command_line_answer(struct service_client *client, cJSON *object);
+void command_line_answer(const struct command_line *self, cJSON *object);
 void command_line_done(const struct command_line *self);
 /* ok false, with a code of docs/API.md and a sentence. */
-void command_line_fail(struct service_client *client, const char *id,
-                       const char *error, const char *text);
+cJSON *command_line_failure(const char *id, const char *error,
+                            const char *text);
 void command_line_refuse(const struct command_line *self, const char *error,
                          const char *text);
 /* "LIMIT" of MOTION_E_LIMIT and so on. */
@@ -55,10 +56,6 @@ void command_line_send(const struct command_line *self,
                        const struct mailbox_entry *entry);
 void command_line_request(const struct command_line *self,
                           const struct service_request *request);
-/* Who waits for that answer; NULL where that client is gone. */
-struct service_client *
-command_line_asker(const struct service_control *control);
-
 /* --- commands_move.c --- */
 
 void command_load(const struct command_line *line);

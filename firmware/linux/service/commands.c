@@ -29,25 +29,27 @@ static void command_add_key(const struct service_control *control,
 }
 
 void service_command_answer(struct service_control *control,
+                            const struct service_flight *flight,
                             const struct mailbox_entry *entry)
 {
-    struct service_client *client = command_line_asker(control);
-    if (!control->by_request && entry->command == MAILBOX_COUPLE &&
+    struct service_client *client =
+        service_asker(control, flight->asker, flight->seat);
+    if (!flight->by_request && entry->command == MAILBOX_COUPLE &&
         entry->err == MOTION_OK)
         service_cam_taken(control, entry->axis);
     if (client == NULL)
         return;
-    if (entry->err < 0) {
-        char text[SERVICE_COUPLE_TEXT_MAX];
-        command_line_fail(
-            client, control->id, command_line_error(entry->err),
-            service_couple_refusal(control, entry, text, sizeof text));
-        return;
-    }
-    cJSON *object = command_line_object(control->id, true);
-    if (!control->by_request && entry->command == MAILBOX_CAPTURE)
+    char text[SERVICE_COUPLE_TEXT_MAX];
+    cJSON *object =
+        entry->err < 0
+            ? command_line_failure(
+                  flight->id, command_line_error(entry->err),
+                  service_couple_refusal(control, entry, text, sizeof text))
+            : command_line_object(flight->id, true);
+    if (!flight->by_request && entry->command == MAILBOX_CAPTURE &&
+        entry->err == MOTION_OK)
         command_add_key(control, object, entry->value);
-    command_line_answer(client, object);
+    service_client_answer(&control->clients, client, object);
 }
 
 /* --- for everybody --- */
@@ -56,7 +58,7 @@ static void command_hello(const struct command_line *line)
 {
     cJSON *object = command_line_object(line->id, true);
     service_report_hello(line->control, object);
-    command_line_answer(line->client, object);
+    command_line_answer(line, object);
 }
 
 static void command_status(const struct command_line *line)
@@ -69,7 +71,7 @@ static void command_status(const struct command_line *line)
     service_report_machine(control, object);
     service_report_tick(control, cJSON_AddObjectToObject(object, "tick"));
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
-        connected += clients->client[i].file >= 0;
+        connected += clients->client[i].is_here;
     cJSON_AddNumberToObject(object, "clients", connected);
     cJSON_AddNumberToObject(object, "clients_refused",
                             (double)clients->refused);
@@ -80,14 +82,14 @@ static void command_status(const struct command_line *line)
     cJSON_AddBoolToObject(object, "holder", control->holder == line->client);
     if (control->move != NULL)
         cJSON_AddStringToObject(object, "move", control->move->facts.title);
-    command_line_answer(line->client, object);
+    command_line_answer(line, object);
 }
 
 static void command_latency(const struct command_line *line)
 {
     cJSON *object = command_line_object(line->id, true);
     service_report_latency(line->control, object);
-    command_line_answer(line->client, object);
+    command_line_answer(line, object);
 }
 
 static void command_stream(const struct command_line *line)
@@ -105,9 +107,13 @@ static void command_stream(const struct command_line *line)
     command_line_done(line);
 }
 
+/* One that the reader has not seen for what it is. */
 static void command_stop(const struct command_line *line)
 {
-    mailbox_stop(&line->control->loop->mailbox);
+    struct service_clients *clients = &line->control->clients;
+    (void)pthread_mutex_lock(&clients->lock);
+    mailbox_stop(clients->mailbox);
+    (void)pthread_mutex_unlock(&clients->lock);
     command_line_done(line);
 }
 
@@ -293,96 +299,155 @@ static void command_home(const struct command_line *line)
 
 /* --- a line --- */
 
-static const struct {
+enum command_flag {
+    COMMAND_HELD = 1, /* for who has control alone */
+    COMMAND_TICK = 2, /* may go to the tick */
+    COMMAND_MOVES =
+        4, /* sets something in motion: a later stop takes it back */
+};
+#define COMMAND_HELD_TICK  (COMMAND_HELD | COMMAND_TICK)
+#define COMMAND_HELD_MOVES (COMMAND_HELD | COMMAND_TICK | COMMAND_MOVES)
+
+static const struct command_row {
     const char *name;
-    bool held; /* for who has control alone */
+    unsigned flags;
     void (*run)(const struct command_line *line);
 } command_row[] = {
-    { "hello", false, command_hello },
-    { "status", false, command_status },
-    { "latency", false, command_latency },
-    { "stream", false, command_stream },
-    { "stop", false, command_stop },
-    { "take", false, command_take },
-    { "renew", true, command_renew },
-    { "release", true, command_release },
-    { "enable", true, command_enable },
-    { "off", true, command_off },
-    { "reset", true, command_reset },
-    { "home", true, command_home },
-    { "check", true, command_check },
-    { "load", true, command_load },
-    { "cancel", false, command_cancel },
-    { "approach", true, command_approach },
-    { "start", true, command_start },
-    { "go", true, command_go },
-    { "loop", true, command_loop },
-    { "hold", true, command_hold },
-    { "resume", true, command_resume },
-    { "step", true, command_step },
-    { "reverse", true, command_reverse },
-    { "override", true, command_override },
-    { "jog", true, command_jog },
-    { "jog stop", true, command_jog_stop },
-    { "capture", true, command_capture },
-    { "gear", true, command_gear },
-    { "cam", true, command_cam },
-    { "uncouple", true, command_uncouple },
-    { "record", true, command_record },
-    { "record stop", true, command_record_stop },
+    { "hello", 0, command_hello },
+    { "status", 0, command_status },
+    { "latency", 0, command_latency },
+    { "stream", 0, command_stream },
+    { "stop", 0, command_stop },
+    { "take", 0, command_take },
+    { "cancel", 0, command_cancel },
+    { "renew", COMMAND_HELD, command_renew },
+    { "release", COMMAND_HELD, command_release },
+    { "check", COMMAND_HELD, command_check },
+    { "load", COMMAND_HELD, command_load },
+    { "record", COMMAND_HELD, command_record },
+    { "record stop", COMMAND_HELD, command_record_stop },
+    { "enable", COMMAND_HELD_TICK, command_enable },
+    { "off", COMMAND_HELD_TICK, command_off },
+    { "reset", COMMAND_HELD_TICK, command_reset },
+    { "hold", COMMAND_HELD_TICK, command_hold },
+    { "loop", COMMAND_HELD_TICK, command_loop },
+    { "override", COMMAND_HELD_TICK, command_override },
+    { "jog stop", COMMAND_HELD_TICK, command_jog_stop },
+    { "capture", COMMAND_HELD_TICK, command_capture },
+    { "gear", COMMAND_HELD_TICK, command_gear },
+    { "cam", COMMAND_HELD_TICK, command_cam },
+    { "uncouple", COMMAND_HELD_TICK, command_uncouple },
+    { "home", COMMAND_HELD_MOVES, command_home },
+    { "approach", COMMAND_HELD_MOVES, command_approach },
+    { "start", COMMAND_HELD_MOVES, command_start },
+    { "go", COMMAND_HELD_MOVES, command_go },
+    { "resume", COMMAND_HELD_MOVES, command_resume },
+    { "step", COMMAND_HELD_MOVES, command_step },
+    { "reverse", COMMAND_HELD_MOVES, command_reverse },
+    { "jog", COMMAND_HELD_MOVES, command_jog },
 };
 
-static void command_run(struct command_line *line)
+/* An id is a number or a short text, and comes back as it was. */
+static bool command_id(struct service_client *client)
 {
-    struct service_control *control = line->control;
+    cJSON *id = cJSON_GetObjectItemCaseSensitive(client->head.object, "id");
+    client->id[0] = '\0';
+    if (id == NULL)
+        return true;
+    if ((cJSON_IsNumber(id) || cJSON_IsString(id)) &&
+        cJSON_PrintPreallocated(id, client->id, sizeof client->id, false))
+        return true;
+    client->id[0] = '\0';
+    return false;
+}
+
+/* The row of a request that can be done; NULL: it has been refused. */
+static const struct command_row *command_find(const struct command_line *line)
+{
     const char *name =
         cJSON_GetStringValue(command_line_member(line, "command"));
     size_t i = 0;
     while (i < ARRAY_LEN(command_row) &&
            (name == NULL || strcmp(command_row[i].name, name) != 0))
         i++;
-    if (i == ARRAY_LEN(command_row)) {
+    const struct command_row *row = &command_row[i];
+    if (!cJSON_IsObject(line->request))
+        command_line_refuse(line, "JSON", "expected one JSON object per line");
+    else if (!command_id(line->client))
+        command_line_refuse(line, "ARG",
+                            "\"id\": expected a number or a text of at "
+                            "most 50 bytes");
+    else if (i == ARRAY_LEN(command_row))
         command_line_refuse(line, "COMMAND", "there is no such command");
-        return;
-    }
-    if (command_row[i].held && control->holder != line->client) {
+    else if ((row->flags & COMMAND_HELD) != 0 &&
+             line->control->holder != line->client)
         command_line_refuse(line, "CONTROL",
                             "this is for the client that has control, expected "
                             "\"take\" first");
-        return;
-    }
-    if (control->holder == line->client)
-        control->lease_end_ns = control->now_ns + control->lease_ns;
-    command_row[i].run(line);
-}
-
-/* An id is a number or a short text, and comes back as it was. */
-static bool command_id(struct command_line *line)
-{
-    cJSON *id = cJSON_GetObjectItemCaseSensitive(line->request, "id");
-    line->id[0] = '\0';
-    if (id == NULL)
-        return true;
-    if ((cJSON_IsNumber(id) || cJSON_IsString(id)) &&
-        cJSON_PrintPreallocated(id, line->id, sizeof line->id, false))
-        return true;
-    line->id[0] = '\0';
-    return false;
-}
-
-void service_command(struct service_control *control,
-                     struct service_client *client, const char *text)
-{
-    struct command_line line = { .control = control, .client = client };
-    cJSON *request = cJSON_ParseWithOpts(text, NULL, true);
-    line.request = request;
-    if (!cJSON_IsObject(request))
-        command_line_refuse(&line, "JSON", "expected one JSON object per line");
-    else if (!command_id(&line))
-        command_line_refuse(&line, "ARG",
-                            "\"id\": expected a number or a text of at "
-                            "most 50 bytes");
+    else if ((row->flags & COMMAND_TICK) != 0 && line->control->loop->end != 0)
+        command_line_refuse(line, "STATE", "the service ends");
     else
-        command_run(&line);
-    cJSON_Delete(request);
+        return row;
+    return NULL;
+}
+
+/* What was sent before it is to be answered first, so that it finds the state
+ * that came of that; jogs say all themselves. */
+static bool command_waits(const struct service_control *control,
+                          const struct command_row *row)
+{
+    bool jogs = row->run == command_jog;
+    if ((row->flags & COMMAND_TICK) == 0)
+        return false;
+    for (unsigned i = 0; i < control->flights; i++)
+        jogs &= control->flight[(control->flight_first + i) % SERVICE_FLIGHTS]
+                    .command == MAILBOX_JOG;
+    return control->jog_stops || control->flights >= SERVICE_FLIGHTS_ASKED ||
+           (control->flights > 0 && !jogs);
+}
+
+static const char *command_text(const cJSON *request, const char *name)
+{
+    const char *text =
+        cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(request, name));
+    return text == NULL ? "" : text;
+}
+
+/* A jog that waits for the tick is of no use any more once there is another of
+ * its axis: whoever sends more than a tick takes is not behind for that. */
+static bool command_is_superseded(const struct command_line *line)
+{
+    struct service_client *client = line->client;
+    if (!service_client_next(&line->control->clients, client) ||
+        strcmp(command_text(client->next.object, "command"), "jog") != 0 ||
+        strcmp(command_text(client->next.object, "axis"),
+               command_text(client->head.object, "axis")) != 0)
+        return false;
+    cJSON *object = command_line_object(line->id, true);
+    cJSON_AddBoolToObject(object, "superseded", true);
+    command_line_answer(line, object);
+    return true;
+}
+
+bool service_command(struct service_control *control,
+                     struct service_client *client)
+{
+    struct command_line line = { .control = control,
+                                 .client = client,
+                                 .id = client->id };
+    if (client->head.line.text == NULL &&
+        !service_client_next(&control->clients, client))
+        return false;
+    line.request = client->head.object;
+    const struct command_row *row = command_find(&line);
+    const bool waits = row != NULL && command_waits(control, row);
+    if (waits && (row->run != command_jog || !command_is_superseded(&line)))
+        return false;
+    if (row != NULL && control->holder == client)
+        control->lease_end_ns = control->now_ns + control->lease_ns;
+    line.moves = row != NULL && (row->flags & COMMAND_MOVES) != 0;
+    if (row != NULL && !waits)
+        row->run(&line);
+    service_client_forget(client);
+    return true;
 }

@@ -52,10 +52,6 @@ static struct controller_cam *couple_spare(const struct command_line *line,
 {
     struct service_cam *own = &line->control->cam[axis];
     const unsigned spare = 1 - own->which;
-    if (line->control->waits) {
-        command_line_refuse(line, "BUSY", "another command is on its way");
-        return NULL;
-    }
     *track = &own->track[spare];
     plan_track_free(*track);
     own->cam[spare] = (struct controller_cam){ .master = master };
@@ -323,7 +319,7 @@ const char *service_couple_refusal(const struct service_control *control,
     const struct machine_view_axis *axis = control->state->view.axis;
     struct motion_cursor cursor = { 0 };
     struct motion_sample curve;
-    if (control->by_request || entry->command != MAILBOX_COUPLE)
+    if (entry->command != MAILBOX_COUPLE)
         return motion_err_text(entry->err);
     if (entry->err == MOTION_E_DISCONTINUITY)
         return "the slope of the curve steps, expected a curve without "

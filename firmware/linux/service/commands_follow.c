@@ -123,9 +123,7 @@ static void follow_end(struct service_control *control, int turn)
         if (mailbox_put(&control->loop->mailbox, MAILBOX_OVERRIDE,
                         FOLLOW_ONE_Q30) < 0)
             return;
-        control->waits = true;
-        control->by_request = false;
-        control->asker = 0;
+        service_flies(control, MAILBOX_OVERRIDE);
     }
     if (turn == SERVICE_FOLLOW_MISSED)
         follow_tell(control, "the clock that is followed is past the start of "
@@ -147,7 +145,8 @@ void service_follow_free(struct service_control *control)
 void service_follow_control(struct service_control *control)
 {
     const struct service_state *state = control->state;
-    if (!control->follow_opened || control->waits || control->loop->end != 0)
+    if (!control->follow_opened || control->flights > 0 ||
+        control->loop->end != 0)
         return;
     const int turn = atomic_load(&control->loop->follow.turn);
     if (turn != SERVICE_FOLLOW_WAITS && turn != SERVICE_FOLLOW_PLAYS) {
@@ -161,7 +160,5 @@ void service_follow_control(struct service_control *control)
                     state->rate.s_ns_q12, state->now_ns);
     if (!run_follow_poll(&control->follow, &control->loop->mailbox))
         return;
-    control->waits = true;
-    control->by_request = false;
-    control->asker = 0;
+    service_flies(control, MAILBOX_COMMANDS);
 }

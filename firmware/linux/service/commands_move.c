@@ -15,12 +15,7 @@
 
 static struct service_client *plan_asker(struct service_control *control)
 {
-    struct service_client *client =
-        &control->clients.client[control->plan.seat];
-    return control->plan.asker != 0 && client->file >= 0 &&
-                   client->number == control->plan.asker
-               ? client
-               : NULL;
+    return service_asker(control, control->plan.asker, control->plan.seat);
 }
 
 static void plan_fail(struct service_control *control, const char *error,
@@ -28,7 +23,9 @@ static void plan_fail(struct service_control *control, const char *error,
 {
     struct service_client *client = plan_asker(control);
     if (client != NULL)
-        command_line_fail(client, control->plan.id, error, text);
+        service_client_answer(
+            &control->clients, client,
+            command_line_failure(control->plan.id, error, text));
 }
 
 void service_plan_give_up(struct service_control *control, const char *why)
@@ -65,7 +62,7 @@ static void command_plan(const struct command_line *line, bool loads)
     control->plan.seat = (unsigned)(line->client - control->clients.client);
     control->plan.loads = loads;
     control->plan.since_ns = control->plan.told_ns = control->now_ns;
-    memcpy(control->plan.id, line->id, sizeof control->plan.id);
+    snprintf(control->plan.id, sizeof control->plan.id, "%s", line->id);
 }
 
 void command_load(const struct command_line *line)
@@ -97,7 +94,7 @@ void command_cancel(const struct command_line *line)
 static bool plan_may_load(const struct service_control *control)
 {
     const enum controller_state state = control->state->state;
-    return !control->waits &&
+    return control->flights == 0 &&
            (state == CONTROLLER_OFF || state == CONTROLLER_READY ||
             state == CONTROLLER_FAULT);
 }
@@ -111,10 +108,12 @@ static void plan_load(struct service_control *control,
     control->loads++;
 }
 
-static void plan_answer(struct service_client *client, const char *id,
+static void plan_answer(struct service_control *control,
+                        struct service_client *client,
                         const struct service_move_facts *facts)
 {
-    cJSON *object = command_line_object(id, facts->status == STATUS_OK);
+    cJSON *object =
+        command_line_object(control->plan.id, facts->status == STATUS_OK);
     cJSON *said = cJSON_Parse(facts->said);
     if (facts->status != STATUS_OK) {
         cJSON_AddStringToObject(
@@ -131,7 +130,7 @@ static void plan_answer(struct service_client *client, const char *id,
         cJSON_AddItemToObject(object, item->string, item);
     }
     cJSON_Delete(said);
-    command_line_answer(client, object);
+    service_client_answer(&control->clients, client, object);
 }
 
 static void plan_done(struct service_control *control,
@@ -150,7 +149,7 @@ static void plan_done(struct service_control *control,
     } else if (client != NULL && loads && !plan_may_load(control)) {
         plan_fail(control, "STATE", "a move is loaded at rest only");
     } else if (client != NULL) {
-        plan_answer(client, control->plan.id, &move->facts);
+        plan_answer(control, client, &move->facts);
         if (loads) {
             plan_load(control, move);
             return;

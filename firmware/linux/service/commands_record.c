@@ -46,7 +46,7 @@ void command_record(const struct command_line *line)
     }
     cJSON *object = command_line_object(line->id, true);
     cJSON_AddStringToObject(object, "file", name);
-    command_line_answer(line->client, object);
+    command_line_answer(line, object);
 }
 
 void command_record_stop(const struct command_line *line)

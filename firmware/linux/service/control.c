@@ -1,15 +1,15 @@
 /* firmware/linux/service/control.c - see control.h. */
 #include "firmware/linux/service/control.h"
 
+#include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/recording/drive_events.h"
 #include "motion/core/err.h"
-
-#define CONTROL_LINES 16 /* of one client in one step */
 
 /* The tick's clock, so that a test's virtual time is that of leases, too. */
 static int64_t control_now_ns(const struct service_control *control)
@@ -28,10 +28,12 @@ void service_control_reserve(struct service_control *control,
 
 void service_tell_all(struct service_control *control, const cJSON *object)
 {
-    for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
-        if (control->clients.client[i].file >= 0)
-            service_client_tell(&control->clients.client[i],
-                                cJSON_Duplicate(object, true));
+    char *text = cJSON_PrintUnformatted(object);
+    for (unsigned i = 0; i < SERVICE_CLIENTS && text != NULL; i++)
+        if (control->clients.client[i].is_here)
+            service_client_tell(&control->clients, &control->clients.client[i],
+                                text);
+    free(text);
 }
 
 cJSON *service_event_object(const char *name, int64_t now_ns)
@@ -62,7 +64,7 @@ static void control_came(void *context, struct service_client *client)
     cJSON *object = cJSON_CreateObject();
     cJSON_AddStringToObject(object, "event", "hello");
     service_report_hello(control, object);
-    (void)service_client_answer(client, object);
+    service_client_answer(&control->clients, client, object);
 }
 
 static void control_gone(void *context, struct service_client *client)
@@ -76,26 +78,38 @@ static void control_gone(void *context, struct service_client *client)
 
 /* --- from the tick --- */
 
+/* The answer to the oldest; false: the tick has not had it yet. */
+static bool control_landed(struct service_control *control,
+                           const struct service_flight *flight,
+                           struct mailbox_entry *entry)
+{
+    struct service_loop *loop = control->loop;
+    if (!flight->by_request) {
+        /* the state that came of it is out: whoever asks next sees it */
+        control->state = service_board_read(&loop->board);
+        return control->state->commands_done != loop->mailbox.answered &&
+               mailbox_answer(&loop->mailbox, entry);
+    }
+    if (loop->turn != SERVICE_DONE)
+        return false;
+    *entry = (struct mailbox_entry){ .err = loop->request.err };
+    loop->turn = SERVICE_FREE;
+    control->state = service_board_read(&loop->board);
+    return true;
+}
+
 static void control_answer(struct service_control *control)
 {
     struct mailbox_entry entry;
-    if (!control->waits)
-        return;
-    if (!control->by_request) {
-        /* the state that came of it is out: whoever asks next sees it */
-        control->state = service_board_read(&control->loop->board);
-        if (control->state->commands_done == control->loop->mailbox.answered ||
-            !mailbox_answer(&control->loop->mailbox, &entry))
+    while (control->flights > 0) {
+        const struct service_flight flight =
+            control->flight[control->flight_first % SERVICE_FLIGHTS];
+        if (!control_landed(control, &flight, &entry))
             return;
-    } else {
-        if (control->loop->turn != SERVICE_DONE)
-            return;
-        entry = (struct mailbox_entry){ .err = control->loop->request.err };
-        control->loop->turn = SERVICE_FREE;
+        control->flight_first++;
+        control->flights--;
+        service_command_answer(control, &flight, &entry);
     }
-    control->waits = false;
-    control->state = service_board_read(&control->loop->board);
-    service_command_answer(control, &entry);
 }
 
 static void control_warning(const struct service_control *control,
@@ -190,33 +204,59 @@ static void control_event(struct service_control *control,
 
 /* --- streams --- */
 
+/* The same text for all, but for what was dropped. */
+static void control_stream_to(struct service_control *control,
+                              struct service_client *client, char **text)
+{
+    char dropped[48];
+    if (*text == NULL) {
+        cJSON *object = cJSON_CreateObject();
+        cJSON_AddStringToObject(object, "event", "stream");
+        service_report_state(control, object);
+        *text = cJSON_PrintUnformatted(object);
+        cJSON_Delete(object);
+    }
+    const size_t length = *text == NULL ? 0 : strlen(*text);
+    if (length == 0 || client->dropped == 0) {
+        service_client_tell(&control->clients, client,
+                            *text == NULL ? "{}" : *text);
+        return;
+    }
+    snprintf(dropped, sizeof dropped, ",\"dropped\":%" PRIu64 "}",
+             client->dropped);
+    char *own = memory_new(length + sizeof dropped, 1);
+    memcpy(own, *text, length - 1);
+    memcpy(own + length - 1, dropped, strlen(dropped));
+    service_client_tell(&control->clients, client, own);
+    memory_free(own);
+}
+
 static void control_stream(struct service_control *control)
 {
+    char *text = NULL;
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++) {
         struct service_client *client = &control->clients.client[i];
-        if (client->file < 0 || client->stream_ns == 0 ||
+        if (!client->is_here || client->stream_ns == 0 ||
             control->now_ns < client->stream_due_ns)
             continue;
         client->stream_due_ns += client->stream_ns;
         if (client->stream_due_ns < control->now_ns)
             client->stream_due_ns = control->now_ns + client->stream_ns;
-        cJSON *object = cJSON_CreateObject();
-        cJSON_AddStringToObject(object, "event", "stream");
-        service_report_state(control, object);
-        if (client->dropped > 0)
-            cJSON_AddNumberToObject(object, "dropped", (double)client->dropped);
-        service_client_tell(client, object);
+        control_stream_to(control, client, &text);
     }
+    free(text);
 }
 
 static int control_wait_ms(const struct service_control *control, int most_ms)
 {
     int64_t wait_ns = most_ms * INT64_C(1000000);
-    if (control->waits)
+    if (control->goes_on)
+        return 0;
+    if (control->flights > 0)
         return most_ms < 1 ? most_ms : 1;
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++) {
         const struct service_client *client = &control->clients.client[i];
-        if (client->file >= 0 && client->stream_ns > 0 &&
+        if (client->is_here && client->stream_ns > 0 &&
             client->stream_due_ns - control->now_ns < wait_ns)
             wait_ns = client->stream_due_ns - control->now_ns;
     }
@@ -225,16 +265,14 @@ static int control_wait_ms(const struct service_control *control, int most_ms)
 
 /* --- a turn --- */
 
-static void control_lines(struct service_control *control)
+/* One request of each client. */
+static void control_requests(struct service_control *control)
 {
+    control->goes_on = false;
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++) {
         struct service_client *client = &control->clients.client[i];
-        for (unsigned n = 0; n < CONTROL_LINES && !control->waits; n++) {
-            const char *line = service_client_line(client);
-            if (line == NULL)
-                break;
-            service_command(control, client, line);
-        }
+        if (client->is_here && service_command(control, client))
+            control->goes_on = true;
     }
 }
 
@@ -242,33 +280,32 @@ static void control_lease(struct service_control *control)
 {
     if (control->holder != NULL && control->now_ns >= control->lease_end_ns)
         service_release(control, "expired");
-    if (!control->jog_stops || control->waits)
+    /* what its client had sent before is to have reached the tick */
+    if (!control->jog_stops || control->flights > 0)
         return;
     control->jog_stops = false;
-    if (!control->state->jogging ||
-        mailbox_put(&control->loop->mailbox, MAILBOX_JOG_STOP, 0) < 0)
-        return;
-    control->waits = true;
-    control->by_request = false;
-    control->asker = 0;
+    if (control->state->jogging &&
+        mailbox_put(&control->loop->mailbox, MAILBOX_JOG_STOP, 0) == MOTION_OK)
+        service_flies(control, MAILBOX_JOG_STOP);
 }
 
 void service_control_step(struct service_control *control, int timeout_ms)
 {
     struct service_event event;
     control->now_ns = control_now_ns(control);
-    service_clients_step(&control->clients,
-                         control_wait_ms(control, timeout_ms), control_came,
-                         control_gone, control);
+    service_clients_wait(&control->clients,
+                         control_wait_ms(control, timeout_ms));
     control->now_ns = control_now_ns(control);
     control->state = service_board_read(&control->loop->board);
+    service_clients_serve(&control->clients, control_came, control_gone,
+                          control);
     while (service_board_take(&control->loop->board, &event))
         control_event(control, &event);
     control_answer(control);
     service_record_step(control);
     service_plan_step(control);
     service_follow_control(control);
-    control_lines(control);
+    control_requests(control);
     control_lease(control);
     control_stream(control);
 }

@@ -2,9 +2,11 @@
  * JSON mean, and who may move what.  docs/API.md, "The service", is its
  * reference.
  *
- * Runs in a thread that is not real-time.  One command at a time is on its way
- * to the tick: until it is answered no further line is read, which takes a tick
- * at most.  A stop goes beside that, from any client, at once. */
+ * Runs in a thread that is not real-time.  Clients take turns, a request each.
+ * One that goes to the tick waits until what went there before is answered, a
+ * tick at most, and only its own client's later ones wait with it; jogs wait for
+ * no jogs.  A stop goes beside that, from any client, at once (clients.h), and
+ * takes back what was asked for before it and would set something in motion. */
 #ifndef FIRMWARE_LINUX_SERVICE_CONTROL_H
 #define FIRMWARE_LINUX_SERVICE_CONTROL_H
 
@@ -23,6 +25,18 @@ struct service_cam {
     unsigned which;               /* the tick took last */
     int64_t low_q32;              /* of the one that is being made */
 };
+
+/* What is on its way to the tick. */
+struct service_flight {
+    bool by_request;
+    enum mailbox_command command;
+    uint64_t asker; /* number of the client; 0: nobody waits for the answer */
+    unsigned seat;
+    char id[SERVICE_ID_MAX];
+};
+/* Of clients: the rest of the mailbox is for what the service sends itself. */
+#define SERVICE_FLIGHTS_ASKED (MAILBOX_CAPACITY - 4)
+#define SERVICE_FLIGHTS       (MAILBOX_CAPACITY + 1)
 
 struct service_control {
     const struct rig *rig;
@@ -55,12 +69,9 @@ struct service_control {
     bool jogged;    /* the holder has sent a jog */
     bool jog_stops; /* a jog whose holder is gone is to be stopped */
 
-    /* what is on its way to the tick */
-    bool waits, by_request;
-    uint64_t asker; /* number of the client; 0: nobody waits for the answer */
-    unsigned asker_seat;
-    enum mailbox_command command;
-    char id[SERVICE_ID_MAX];
+    bool goes_on; /* a request was done: there may be another */
+    struct service_flight flight[SERVICE_FLIGHTS]; /* to the tick, in order */
+    unsigned flight_first, flights;
     int64_t *capture_q32; /* of each axis of the rig */
     struct service_cam *cam;
 
@@ -76,12 +87,19 @@ void service_control_reserve(struct service_control *control,
 /* What a client may ask for: see docs/API.md. */
 void service_control_step(struct service_control *control, int timeout_ms);
 
-/* commands.c: a line of a client. */
-void service_command(struct service_control *control,
-                     struct service_client *client, const char *text);
+/* commands.c: the next request of a client; false: there is none, or it waits. */
+bool service_command(struct service_control *control,
+                     struct service_client *client);
 /* The answer to what was on its way. */
 void service_command_answer(struct service_control *control,
+                            const struct service_flight *flight,
                             const struct mailbox_entry *entry);
+/* Something was sent that nobody waits for. */
+void service_flies(struct service_control *control,
+                   enum mailbox_command command);
+/* The client that asked; NULL: it is gone. */
+struct service_client *service_asker(struct service_control *control,
+                                     uint64_t number, unsigned seat);
 /* commands_move.c: what has become of a plan; and nobody waits for one any
  * more, of which its client is told why, unless that is gone. */
 void service_plan_step(struct service_control *control);

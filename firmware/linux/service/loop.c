@@ -265,13 +265,14 @@ static int loop_answer(struct service_loop *loop,
     return homing_start(&loop->machine->homing, request->axes);
 }
 
-/* True: there was a request; its answer is read once the board is out. */
-static bool loop_request(struct service_loop *loop)
+/* True: there was a request; its answer is read once the board is out.  What was
+ * asked for together with a stop does not undo it. */
+static bool loop_request(struct service_loop *loop, bool is_stopped)
 {
     struct service_request *request = &loop->request;
     if (atomic_load(&loop->turn) != SERVICE_ASKED)
         return false;
-    request->err = loop_answer(loop, request);
+    request->err = is_stopped ? MOTION_E_STATE : loop_answer(loop, request);
     return true;
 }
 
@@ -330,8 +331,8 @@ static bool loop_obey(struct service_loop *loop)
 {
     if (loop->machine->controller.ticks == 0)
         return false;
-    (void)mailbox_step(&loop->mailbox, &loop->machine->playback);
-    return loop_request(loop);
+    return loop_request(loop,
+                        mailbox_step(&loop->mailbox, &loop->machine->playback));
 }
 
 static void loop_run(struct service_loop *loop)

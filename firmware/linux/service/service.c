@@ -131,6 +131,7 @@ static void service_control(struct service *self)
     control->rig_crc = crc32_of(0, self->rig_text, self->rig_length);
     control->is_real = self->config->real;
     control->loop = &self->loop;
+    control->clients.mailbox = &self->loop.mailbox;
     service_control_reserve(control, &self->loop.memory);
     control->recording = &self->recording;
     control->rig_text = self->rig_text;
@@ -156,6 +157,14 @@ static enum status service_begin(struct service *self)
     if (err != 0) {
         error_say("slew %s: no thread for the tick: %s", self->config->command,
                   strerror(err));
+        return STATUS_SYSTEM;
+    }
+    const int refused = service_clients_start(&self->control.clients);
+    if (refused != 0) {
+        error_say("slew %s: no thread for clients: %s", self->config->command,
+                  strerror(refused));
+        self->loop.end = 1;
+        service_loop_join(&self->loop);
         return STATUS_SYSTEM;
     }
     if (self->loop.refused != 0)
@@ -265,6 +274,7 @@ static void service_down(struct service *self)
         self->config->beside->stop(self->config->beside->context);
     if (!machine_is_off(&self->machine))
         service_leave_lamps(self);
+    service_clients_stop(&control->clients);
     if (self->is_open)
         service_clients_close(&control->clients, self->path);
     service_planner_end(&control->planner);

@@ -64,11 +64,12 @@ static void a_full_mailbox_refuses_all_but_a_stop(void **state)
     assert_false(mailbox_step(&mailbox, &playback));
 }
 
-static void a_stop_refuses_what_came_with_it(void **state)
+static void a_stop_refuses_all_but_off_that_came_with_it(void **state)
 {
     struct mailbox_entry answer;
     (void)state;
     assert_int_equal(mailbox_put(&mailbox, MAILBOX_OVERRIDE, 7), MOTION_OK);
+    assert_int_equal(mailbox_put(&mailbox, MAILBOX_OFF, 0), MOTION_OK);
     mailbox_stop(&mailbox);
     mailbox_stop(&mailbox);
     assert_true(mailbox_step(&mailbox, &playback));
@@ -76,6 +77,9 @@ static void a_stop_refuses_what_came_with_it(void **state)
     assert_int_equal(controller.override_q30, 0);
     assert_true(mailbox_answer(&mailbox, &answer));
     assert_int_equal(answer.err, MOTION_E_STATE);
+    assert_true(mailbox_answer(&mailbox, &answer));
+    assert_int_equal(answer.command, MAILBOX_OFF);
+    assert_int_equal(answer.err, MOTION_OK);
     assert_false(mailbox_step(&mailbox, &playback));
 }
 
@@ -159,7 +163,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(commands_are_answered_in_order, begin),
         cmocka_unit_test_setup(a_full_mailbox_refuses_all_but_a_stop, begin),
-        cmocka_unit_test_setup(a_stop_refuses_what_came_with_it, begin),
+        cmocka_unit_test_setup(a_stop_refuses_all_but_off_that_came_with_it,
+                               begin),
         cmocka_unit_test_setup(an_unknown_command_is_refused, begin),
         cmocka_unit_test_setup(counters_wrap, begin),
         cmocka_unit_test_setup(two_threads_lose_nothing, begin),

@@ -201,8 +201,10 @@ static void deaf_begin(const char *before, unsigned times)
     for (unsigned i = 0; i < DEAF; i++) {
         file[i] = service_bench_connect(&bench);
         (void)setsockopt(file[i], SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
-        for (unsigned line = 0; line < times; line++)
-            say(file[i], before);
+        for (unsigned line = 0; line < times; line++) {
+            say(file[i], before); /* each has its turn */
+            service_bench_serve(&bench);
+        }
         say(file[i], "{\"command\":\"stream\",\"rate\":100}");
     }
 }
@@ -216,7 +218,7 @@ static void close_all(unsigned count)
 /* Answers of 64 KiB and what the kernel keeps are soon full. */
 static void readers_begin(void)
 {
-    deaf_begin("{\"command\":\"status\"}", 100);
+    deaf_begin("{\"command\":\"status\"}", 200);
 }
 
 static void readers_end(void)

@@ -4,7 +4,8 @@
  *
  * What must hold: no set point outside any limit; nothing moves in a state that
  * forbids it; a stop ends in rest within its bound, and so does a jog whose
- * client is gone or says nothing; every line has one answer, in order; nobody
+ * client is gone or says nothing; every line has one answer, in order but for
+ * stops and plans; nobody
  * moves anything who has not got control; no fault without a cause; what goes to
  * a time of the move, from wherever, is held there in time and on its track to
  * the bit; and from wherever a sequence has led there is a way to OFF.
@@ -63,7 +64,8 @@ struct client {
     char said[SAID_MAX];
     size_t said_length;
     unsigned sent, answered; /* lines with an answer of their own turn */
-    unsigned plans, planned; /* check and load, which have theirs later */
+    unsigned plans, planned; /* check and load, which have theirs later, and
+                                stop, which has it at once */
     char error[32];          /* of the last answer; "" */
 };
 
@@ -222,9 +224,14 @@ static void count(void)
 static void tick(void)
 {
     const struct controller *controller = &bench.machine.controller;
-    begins = bench.control.waits &&
-             (bench.control.by_request ? bench.loop.request.kind != SERVICE_HOME
-                                       : bench.control.command == MAILBOX_JOG);
+    begins = false;
+    for (unsigned i = 0; i < bench.control.flights; i++) {
+        const struct service_flight *flight =
+            &bench.control
+                 .flight[(bench.control.flight_first + i) % SERVICE_FLIGHTS];
+        begins |= flight->by_request ? bench.loop.request.kind != SERVICE_HOME
+                                     : flight->command == MAILBOX_JOG;
+    }
     service_bench_tick(&bench);
     for (unsigned i = 0; i < bench.rig.axis_count; i++)
         judge_axis(i);
@@ -300,6 +307,7 @@ static void client_hear(struct client *self)
 static void client_send(struct client *self, const char *members, bool plans)
 {
     char line[1024];
+    plans |= strcmp(members, "\"command\":\"stop\"") == 0;
     const int length =
         plans ? snprintf(line, sizeof line, "{\"id\":\"p%u\",%s}\n",
                          ++self->plans, members)
