@@ -12,6 +12,8 @@
 #define WARP_RATE ((int64_t)1000 << 32) /* ms/s: one second a second */
 /* What sampling rounds; a warp that rests may show so much. */
 #define WARP_NOISE 64
+/* A segment of the warp is rarely more of those of the outcome. */
+#define WARP_PIECES 4
 
 /* ms, Q32.32, to 2^-12 ns. */
 static int64_t warp_ticks(int64_t ms_q32)
@@ -126,6 +128,8 @@ int plan_warp_apply(const struct motion_track *warp,
     err = plan_track_wait(track, warp_ticks(reach.max) + MOTION_FIXED_NS_Q12);
     motion_time_warp_state(track, warp, 0, &start);
     plan_track_init(&out, start.pos_q32);
+    /* what does not fit is begun anew */
+    plan_track_reserve(&out, track->count + WARP_PIECES * (size_t)warp->count);
     while (err == MOTION_OK && (err = motion_time_warp_append(
                                     &out, track, warp, &own)) == MOTION_E_FULL)
         err = plan_track_grow(&out);

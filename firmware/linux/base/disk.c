@@ -41,30 +41,56 @@ static int disk_open_regular(const struct files *files, const char *path)
 /* By a descriptor that can only be looked at: what the name stands for is not
  * touched before it is known, and is opened as what was looked at, whatever
  * becomes of the name meanwhile. */
-int disk_open_below(const char *folder, const char *path)
+static int disk_open_looked_at(int look, const char *folder, bool streams)
 {
     const size_t length = strlen(folder);
     char own[32], place[PATH_MAX];
     struct stat status;
-    /* Of what is elsewhere not even that it is not there is said. */
-    const bool is_inside =
-        strncmp(path, folder, length) == 0 && strstr(path, "/..") == NULL;
-    const int look = open(path, O_PATH | O_CLOEXEC);
-    int file = look < 0 && is_inside ? -errno : FILES_E_PLACE;
 
-    if (look < 0)
-        return file;
     snprintf(own, sizeof own, "/proc/self/fd/%d", look);
     const ssize_t n = readlink(own, place, sizeof place - 1);
-    if (n > 0 && (size_t)n > length && strncmp(place, folder, length) == 0 &&
-        (length == 1 || place[length] == '/')) {
-        file = fstat(look, &status) == 0 && S_ISREG(status.st_mode)
-                   ? open(own, O_RDONLY | O_NONBLOCK | O_CLOEXEC)
-                   : FILES_E_KIND;
-        file = file == -1 ? -errno : file;
-    }
+    if (n <= (ssize_t)length || strncmp(place, folder, length) != 0 ||
+        (length > 1 && place[length] != '/'))
+        return FILES_E_PLACE;
+    if (fstat(look, &status) < 0 ||
+        !(S_ISREG(status.st_mode) || (streams && S_ISFIFO(status.st_mode))))
+        return FILES_E_KIND;
+    const int file = open(own, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    return file < 0 ? -errno : file;
+}
+
+/* Of what is elsewhere not even that it is not there is said. */
+int disk_open_below(const char *folder, const char *path, bool streams)
+{
+    const size_t length = strlen(folder);
+    char whole[PATH_MAX];
+    const int n = path[0] == '/'
+                      ? snprintf(whole, sizeof whole, "%s", path)
+                      : snprintf(whole, sizeof whole, "%s/%s", folder, path);
+
+    if (length == 0 || n >= (int)sizeof whole)
+        return FILES_E_PLACE;
+    const int look = open(whole, O_PATH | O_CLOEXEC);
+    if (look < 0)
+        return strncmp(whole, folder, length) == 0 &&
+                       strstr(whole, "/..") == NULL
+                   ? -errno
+                   : FILES_E_PLACE;
+    const int file = disk_open_looked_at(look, folder, streams);
     close(look);
     return file;
+}
+
+void disk_folder(const char *path, char folder[FILES_PATH_MAX])
+{
+    char *real = realpath(path, NULL);
+    char *slash = real == NULL ? NULL : strrchr(real, '/');
+
+    folder[0] = '\0';
+    if (slash != NULL && slash - real < FILES_PATH_MAX)
+        snprintf(folder, FILES_PATH_MAX, "%.*s",
+                 slash == real ? 1 : (int)(slash - real), real);
+    free(real);
 }
 
 static void disk_close(const struct files *files, int file)

@@ -10,9 +10,12 @@
 
 extern const struct files disk_files;
 
-/* For a name that came from somebody else: a regular file whose place, links
- * followed, is below `folder` (a real path); nothing else is so much as opened.
- * A file to be read, or a negative errno: FILES_E_KIND, FILES_E_PLACE. */
-int disk_open_below(const char *folder, const char *path);
+/* For a name that came from somebody else, counted from `folder`, a real path: a
+ * regular file, or with `streams` a pipe, whose place, links followed, is below
+ * it; nothing else is so much as opened.  A file to be read, which waits for
+ * nothing, or a negative errno: FILES_E_KIND, FILES_E_PLACE. */
+int disk_open_below(const char *folder, const char *path, bool streams);
+/* Where the folder of a file is, links followed; "": nowhere. */
+void disk_folder(const char *path, char folder[FILES_PATH_MAX]);
 
 #endif

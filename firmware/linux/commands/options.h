@@ -72,7 +72,7 @@ struct options {
     int64_t runs, seed, jobs;           /* batch; -1 when not given */
     bool merge;                         /* batch */
     bool sim, group, records;           /* service */
-    const char *recordings;             /* the same */
+    const char *recordings, *clock;     /* the same */
     const char *socket;                 /* service */
     int64_t cpu;                        /* service; -1 when not given */
     int64_t plan_ns, plan_mib;          /* service; 0 when not given */

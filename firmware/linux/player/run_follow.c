@@ -202,7 +202,9 @@ const char *run_follow_clock(struct run_follow_config *config,
 
 static int follow_open(struct run_follow *self)
 {
-    self->file = open(self->config.path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    self->file = self->config.is_open ? self->config.file
+                                      : open(self->config.path,
+                                             O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     if (self->file < 0)
         return errno;
     if (self->config.kind == RUN_FOLLOW_LTC)

@@ -35,7 +35,9 @@ enum run_follow_kind {
 
 struct run_follow_config {
     enum run_follow_kind kind;
-    const char *path;     /* of the stream; NULL of a line */
+    const char *path; /* of the stream; NULL of a line */
+    bool is_open;     /* the stream is `file` already, for it to close */
+    int file;
     int line;             /* of the rig; -1: none */
     struct units_fps fps; /* of the move, and of theirs */
     int64_t zero_frame;   /* of theirs, where the move's time is 0 */

@@ -1,10 +1,19 @@
 /* firmware/linux/service/commands_follow.c - a start that keeps to another clock: what
  * of it is not the tick's; see follow.h. */
+#define _XOPEN_SOURCE 700 /* realpath */
+#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "firmware/host/base/timecode.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/service/command_line.h"
+
+#define FOLLOW_ELSEWHERE                                                       \
+    "it is neither below the folder of the rig nor the stream that the "       \
+    "service was started with (--clock)"
 
 static void follow_tell(struct service_control *control, const char *sentence)
 {
@@ -59,6 +68,29 @@ static const char *follow_at(const struct command_line *line,
     return NULL;
 }
 
+/* A stream that whoever has begun the service has named, or a file or a pipe below
+ * the rig's folder.  NULL: it is open. */
+static const char *follow_open(const struct service_control *control,
+                               struct run_follow_config *config)
+{
+    if (config->path == NULL)
+        return NULL;
+    char *real = realpath(config->path, NULL);
+    const bool is_named = real != NULL && control->clock != NULL &&
+                          strcmp(real, control->clock) == 0;
+    free(real);
+    config->file =
+        is_named
+            ? open(control->clock, O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)
+            : disk_open_below(control->planner.folder, config->path, true);
+    config->is_open = config->file >= 0;
+    if (config->is_open)
+        return NULL;
+    return is_named                        ? strerror(errno)
+           : config->file == FILES_E_PLACE ? FOLLOW_ELSEWHERE
+                                           : files_error(config->file);
+}
+
 static void follow_refuse(const struct command_line *line, const char *why)
 {
     char text[SERVICE_FOLLOW_TEXT];
@@ -90,6 +122,11 @@ bool command_follow(const struct command_line *line,
     why = follow_at(line, &config);
     if (why != NULL) {
         command_line_refuse(line, "ARG", why);
+        return false;
+    }
+    why = follow_open(control, &config);
+    if (why != NULL) {
+        follow_refuse(line, why);
         return false;
     }
     struct machine *machine = control->loop->machine;

@@ -45,6 +45,8 @@ struct service_control {
     bool is_real, is_locked;
     const char *rig_text;
     size_t rig_length;
+    const char *clock; /* a stream that clients may follow, its real path; NULL:
+                          none but those below the rig's folder */
     struct service_loop *loop;
     struct service_recording *recording; /* NULL: none */
     struct service_planner planner;

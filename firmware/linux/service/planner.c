@@ -52,7 +52,7 @@ struct service_plan_page {
 struct planner_files {
     struct files files;
     const struct service_plan_page *page;
-    char folder[FILES_PATH_MAX]; /* "": nothing can be named */
+    const char *folder;
 };
 
 static const struct planner_files *planner_of(const struct files *files)
@@ -63,14 +63,9 @@ static const struct planner_files *planner_of(const struct files *files)
 /* Names begin in the rig's folder. */
 static int planner_open(const struct files *files, const char *path)
 {
-    const struct planner_files *self = planner_of(files);
-    char whole[2 * FILES_PATH_MAX];
-    if (strcmp(path, SERVICE_MOVE_NAME) == 0)
-        return PLANNER_FILE_MOVE;
-    if (self->folder[0] == '\0')
-        return FILES_E_PLACE;
-    snprintf(whole, sizeof whole, "%s/%s", self->folder, path);
-    return disk_open_below(self->folder, path[0] == '/' ? path : whole);
+    return strcmp(path, SERVICE_MOVE_NAME) == 0
+               ? PLANNER_FILE_MOVE
+               : disk_open_below(planner_of(files)->folder, path, false);
 }
 
 static void planner_close(const struct files *files, int file)
@@ -97,18 +92,6 @@ static int64_t planner_read(const struct files *files, int file, void *to,
     const size_t got = left < size ? left : size;
     memcpy(to, page->text + (page->length - left), got);
     return (int64_t)got;
-}
-
-/* Where the rig is, links followed. */
-static void planner_folder(const char *rig_path, char folder[FILES_PATH_MAX])
-{
-    char *real = realpath(rig_path, NULL);
-    char *slash = real == NULL ? NULL : strrchr(real, '/');
-    folder[0] = '\0';
-    if (slash != NULL && slash - real < FILES_PATH_MAX)
-        snprintf(folder, FILES_PATH_MAX, "%.*s",
-                 slash == real ? 1 : (int)(slash - real), real);
-    free(real);
 }
 
 /* --- a process that plans one move --- */
@@ -187,12 +170,12 @@ static void planner_plan(const struct service_planner *planner)
                    .find = disk_files.find,
                    .names = disk_files.names },
         .page = planner->page,
+        .folder = planner->folder,
     };
     const struct plan_progress progress = { planner_tell, planner->page };
     FILE *out = fdopen(planner->result, "w");
     planner_yield();
     planner_bound(&planner->limit);
-    planner_folder(planner->rig_path, files.folder);
     if (out == NULL)
         _exit(PLANNER_END_MEMORY);
     service_move_plan(&files.files, planner->rig, planner->rig_path, &progress,
@@ -321,6 +304,7 @@ int service_planner_start(struct service_planner *planner,
         planner->limit.time_ns = PLANNER_TIME_NS;
     if (limit->mib == 0)
         planner->limit.mib = PLANNER_MIB;
+    disk_folder(rig_path, planner->folder);
     planner->result = memfd_create("slew-plan", MFD_CLOEXEC);
     void *page = mmap(NULL, sizeof *planner->page, PROT_READ | PROT_WRITE,
                       MAP_SHARED | MAP_ANONYMOUS, -1, 0);

@@ -40,6 +40,8 @@ struct service_plan_progress {
 struct service_planner {
     const struct rig *rig;
     const char *rig_path;
+    char
+        folder[FILES_PATH_MAX]; /* of the rig; "": none, nothing can be named */
     struct service_plan_limit limit;
     pid_t process;
     int link;                       /* to it; -1: there is none any more */

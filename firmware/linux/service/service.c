@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 
@@ -39,6 +40,7 @@ struct service {
     struct service_recording recording;
     struct service_control control;
     char path[SERVICE_PATH_MAX];
+    char *clock; /* the real path, for free() */
     bool is_open;
     int64_t watchdog_ns, fed_ns, fed_tick_ns;
 };
@@ -60,6 +62,9 @@ static enum status service_read(struct service *self)
     error_tell(&messages);
     if (status != STATUS_OK)
         return status;
+    if (config->clock != NULL &&
+        (self->clock = realpath(config->clock, NULL)) == NULL)
+        return error_file(config->clock, strerror(errno));
     if (config->interface == NULL ||
         rig_set_interfaces(&self->rig, config->interface, message) == 0)
         return STATUS_OK;
@@ -130,6 +135,7 @@ static void service_control(struct service *self)
     control->rig_path = self->config->rig_path;
     control->rig_crc = crc32_of(0, self->rig_text, self->rig_length);
     control->is_real = self->config->real;
+    control->clock = self->clock;
     control->loop = &self->loop;
     control->clients.mailbox = &self->loop.mailbox;
     service_control_reserve(control, &self->loop.memory);
@@ -290,6 +296,7 @@ static void service_down(struct service *self)
     machine_sim_free(&self->sim);
     rig_free(&self->rig);
     memory_free(self->rig_text);
+    free(self->clock);
 }
 
 enum status service_run(const struct service_config *config)

@@ -32,6 +32,8 @@ struct service_config {
     const char *recordings;         /* a directory; NULL: nothing is recorded */
     bool records;                   /* from its first tick on */
     struct service_plan_limit plan; /* what a client's move may take */
+    const char *clock; /* a stream of timecode that clients may follow, wherever
+                          it is; NULL: none */
 };
 
 /* Runs until SIGTERM or SIGINT: axes stop along their path, then torque off.

@@ -84,6 +84,7 @@ static enum status cmd_service_serve(const struct options *options)
         .cpu = (int)options->cpu,
         .plan = { options->plan_ns, options->plan_mib },
         .recordings = options->recordings,
+        .clock = options->clock,
         .records = options->records,
     };
     if (config.rig_path == NULL) {
@@ -370,6 +371,9 @@ static const struct option_row cmd_service_option[] = {
       "run, install: from the first tick on, in a file there named by the "
       "time" },
     OPTIONS_PLAN("run, install: "),
+    { "clock", "FILE", OPTION_TEXT, offsetof(struct options, clock),
+      "run, install: a stream of timecode that clients may follow; others "
+      "must be below the rig's folder" },
     { "socket", "PATH", OPTION_TEXT, offsetof(struct options, socket),
       "another socket than the rig's" },
     { "port", "N", OPTION_COUNT, offsetof(struct options, port),

@@ -25,7 +25,8 @@ struct install {
     char rig[INSTALL_PATH_MAX];     /* full */
     char program[INSTALL_PATH_MAX]; /* the same */
     char recordings[INSTALL_PATH_MAX];
-    char unit[INSTALL_UNIT_MAX]; /* slew-NAME.service */
+    char clock[INSTALL_PATH_MAX + 16]; /* the option, or "" */
+    char unit[INSTALL_UNIT_MAX];       /* slew-NAME.service */
     char text[INSTALL_TEXT_MAX];
 };
 
@@ -39,7 +40,7 @@ static const char install_unit[] =
     "\n"
     "[Service]\n"
     "Type=notify\n"
-    "ExecStart=\"%s\" service run %s --group --recordings \"%s\"%s%s "
+    "ExecStart=\"%s\" service run %s --group --recordings \"%s\"%s%s%s "
     "\"%s\"\n"
     "%s"
     "Restart=no\n"
@@ -141,6 +142,20 @@ static enum status install_names(struct install *self, const char *rig)
     return STATUS_OK;
 }
 
+static enum status install_clock(struct install *self)
+{
+    const char *path = self->options->clock;
+    char *full = path != NULL ? realpath(path, NULL) : NULL;
+    if (path == NULL)
+        return STATUS_OK;
+    if (full == NULL)
+        return error_file(path, strerror(errno));
+    snprintf(self->clock, sizeof self->clock, " --clock \"%s\"", full);
+    const bool can_stand = install_can_stand(full);
+    free(full);
+    return can_stand ? STATUS_OK : install_cannot_stand(path);
+}
+
 static enum status install_recordings(struct install *self)
 {
     const char *path = self->options->recordings;
@@ -194,8 +209,8 @@ static enum status install_text(struct install *self)
                                          : self->recordings);
     snprintf(self->text, sizeof self->text, install_unit, rig.title,
              self->program, options->real ? "--real --yes" : "--sim",
-             self->recordings, options->records ? " --record-always" : "", more,
-             self->rig, rows);
+             self->recordings, options->records ? " --record-always" : "",
+             self->clock, more, self->rig, rows);
     rig_free(&rig);
     return status;
 }
@@ -292,6 +307,8 @@ enum status service_install(const struct options *options, const char *rig)
     enum status status = install_names(&self, rig);
     if (status == STATUS_OK)
         status = install_recordings(&self);
+    if (status == STATUS_OK)
+        status = install_clock(&self);
     if (status == STATUS_OK)
         status = install_text(&self);
     install_unit_path(&self, path);

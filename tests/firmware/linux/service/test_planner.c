@@ -43,7 +43,10 @@ static const char rig_text[] =
     "            counts: 100 per mm, mode: point-to-point, unsupervised: "
     "yes}\n";
 
-/* Minutes of work, and gigabytes, from few bytes. */
+/* Minutes of work from few bytes, and much memory. */
+static const char large[] =
+    "axes: {x: {curve: quintic, keys: [[0, 0], [0.5, 5], [1, 0]],\n"
+    "           cycles: {after: repeat, after_count: 400000}}}\n";
 static const char endless[] =
     "axes: {x: {curve: bezier, keys: [[0, 0], [1, 1]]}}\n"
     "shoot: {mode: go-motion, frames: 100000, exposure: 100 ms, blur: 50 %,\n"
@@ -239,8 +242,8 @@ static void a_plan_ends_at_its_memory(void **state)
 {
     struct service_move *move;
     (void)state;
-    up(&(struct service_plan_limit){ .mib = 150 });
-    assert_int_equal(plan(endless, &move), SERVICE_PLAN_MEMORY);
+    up(&(struct service_plan_limit){ .mib = 120 });
+    assert_int_equal(plan(large, &move), SERVICE_PLAN_MEMORY);
     planned("axes: {x: {curve: s-curve, keys: [[0, 0], [1, 1]]}}", STATUS_OK,
             "");
 }
