@@ -78,6 +78,7 @@ struct options {
     int64_t plan_ns, plan_mib;          /* service; 0 when not given */
     int64_t port;                       /* studio; -1 when not given */
     const char *token_file;             /* studio */
+    bool edit_rig;                      /* studio */
     bool no_browser;                    /* studio */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;

@@ -59,13 +59,14 @@ static bool place_under(const char *directory, const char *rig_path,
     return n < SERVICE_PATH_MAX;
 }
 
-/* A directory in /tmp that somebody else has made is not to be trusted; the
- * others only their owner can make. */
-static bool place_is_trusted(const char *directory)
+/* A directory in /tmp that somebody else has made, or can write into, is not to
+ * be trusted; the others only their owner can make. */
+bool service_place_is_trusted(const char *directory)
 {
     struct stat status;
     return lstat(directory, &status) == 0 && S_ISDIR(status.st_mode) &&
-           (status.st_uid == getuid() || strncmp(directory, "/tmp/", 5) != 0);
+           (strncmp(directory, "/tmp/", 5) != 0 ||
+            (status.st_uid == getuid() && (status.st_mode & 022) == 0));
 }
 
 int service_place_new(const char *rig_path, const char *command,
@@ -76,7 +77,7 @@ int service_place_new(const char *rig_path, const char *command,
         if (!place_directory(i, directory))
             continue;
         (void)mkdir(directory, i == 1 ? 0755 : 0700);
-        if (place_is_trusted(directory) &&
+        if (service_place_is_trusted(directory) &&
             access(directory, W_OK | X_OK) == 0 &&
             place_under(directory, rig_path, path))
             return 0;
@@ -109,7 +110,8 @@ static int link_find(struct service_link *link, const char *rig_path)
 {
     char directory[SERVICE_PATH_MAX], path[SERVICE_PATH_MAX];
     for (unsigned i = 0; i < PLACE_COUNT; i++)
-        if (place_directory(i, directory) && place_is_trusted(directory) &&
+        if (place_directory(i, directory) &&
+            service_place_is_trusted(directory) &&
             place_under(directory, rig_path, path) &&
             link_connect(link, path) == 0)
             return 0;

@@ -14,6 +14,10 @@
 
 #define SERVICE_PATH_MAX 108 /* as sun_path */
 
+/* Is it a directory that nobody but its owner can put files into, and, where
+ * anybody could have made it, is that owner this user? */
+bool service_place_is_trusted(const char *directory);
+
 /* Where a new service of the rig listens; its directory is made.  0, or -1 with
  * a line on stderr that begins with "slew COMMAND". */
 int service_place_new(const char *rig_path, const char *command,

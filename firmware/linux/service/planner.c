@@ -337,7 +337,9 @@ void service_planner_end(struct service_planner *planner)
 {
     if (planner->process <= 0)
         return;
-    planner_close_all(planner); /* it sees that our end is closed */
+    /* what was forked after it may have our end, too */
+    (void)kill(planner->process, SIGKILL);
+    planner_close_all(planner);
     while (waitpid(planner->process, NULL, 0) < 0 && errno == EINTR)
         continue;
     planner->process = 0;

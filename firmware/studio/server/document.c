@@ -25,7 +25,8 @@ void document_tag(const char *data, size_t length, char tag[DOCUMENT_TAG])
 
 int64_t document_read(const char *path, char **data, char tag[DOCUMENT_TAG])
 {
-    const int64_t length = files_load(&disk_files, path, DOCUMENT_MAX, data);
+    const int64_t length =
+        files_load(files_regular(&disk_files), path, DOCUMENT_MAX, data);
 
     if (length >= 0)
         document_tag(*data, (size_t)length, tag);
@@ -134,15 +135,49 @@ static bool document_is_below(const char *name, const char *beside)
            name[length] != '/';
 }
 
-bool document_is_public(const char *name, const char *rig, const char *move)
+static const char *document_rest(const char *name, const char *beside)
 {
-    if (!document_is_below(name, rig) && !document_is_below(name, move))
-        return false;
-    const char *beside = document_is_below(name, rig) ? rig : move;
     const char *slash = strrchr(beside, '/');
     const char *rest = name + (slash == NULL ? 0 : slash - beside + 1);
 
-    if (rest[0] == '.' || strstr(rest, "/.") != NULL)
-        return false;
-    return document_is_of_a_kind(rest);
+    return rest[0] != '.' && strstr(rest, "/.") == NULL &&
+                   document_is_of_a_kind(rest)
+               ? rest
+               : NULL;
+}
+
+/* A file that is open, as the one of its name. */
+struct document_files {
+    struct files files;
+    int file;
+};
+
+static int document_open(const struct files *files, const char *path)
+{
+    (void)path;
+    return ((const struct document_files *)(const void *)files)->file;
+}
+
+int64_t document_read_beside(const char *name, const char *rig,
+                             const char *move, char **data,
+                             char tag[DOCUMENT_TAG])
+{
+    const char *beside = document_is_below(name, rig)    ? rig
+                         : document_is_below(name, move) ? move
+                                                         : NULL;
+    const char *rest = beside == NULL ? NULL : document_rest(name, beside);
+    struct document_files own = { .files = disk_files };
+    char folder[FILES_PATH_MAX];
+
+    if (rest == NULL)
+        return -ENOENT;
+    disk_folder(beside, folder);
+    own.files.open = document_open;
+    own.file = disk_open_below(folder, rest, false);
+    if (own.file < 0)
+        return own.file;
+    const int64_t length = files_load(&own.files, name, DOCUMENT_MAX, data);
+    if (length >= 0)
+        document_tag(*data, (size_t)length, tag);
+    return length;
 }

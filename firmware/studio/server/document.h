@@ -23,9 +23,11 @@ int document_write(const char *path, const char *data, size_t length,
 /* A new file, whole or not at all.  0, -EEXIST, or another negative errno. */
 int document_create(const char *path, const char *data, size_t length);
 
-/* May a page see the file of this name, where the rig and the move are `rig`
- * and `move` (NULL: none)?  Beside them or below, of a kind that they name, and
- * nothing that begins with a dot. */
-bool document_is_public(const char *name, const char *rig, const char *move);
+/* The same of a file that a page may see, where the rig and the move are `rig`
+ * and `move` (NULL: none): beside them or below, links followed, of a kind that
+ * they name, a regular one, and nothing that begins with a dot. */
+int64_t document_read_beside(const char *name, const char *rig,
+                             const char *move, char **data,
+                             char tag[DOCUMENT_TAG]);
 
 #endif

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "firmware/linux/base/error.h"
+#include "firmware/linux/service/place.h"
 #include "firmware/studio/embedded.h"
 #include "firmware/studio/server/document.h"
 
@@ -26,15 +27,20 @@ static void example_directory(char path[FILES_PATH_MAX])
                  (unsigned)getuid());
 }
 
+/* What lies in /tmp may be somebody else's. */
 static int example_folders(char *path)
 {
     for (char *at = strchr(path + 1, '/'); at != NULL;
          at = strchr(at + 1, '/')) {
         *at = '\0';
-        (void)mkdir(path, 0755);
+        (void)mkdir(path, 0700);
+        const bool is_ours =
+            strncmp(path, "/tmp/", 5) != 0 || service_place_is_trusted(path);
         *at = '/';
+        if (!is_ours)
+            return -EPERM;
     }
-    return mkdir(path, 0755) < 0 && errno != EEXIST ? -errno : 0;
+    return mkdir(path, 0700) < 0 && errno != EEXIST ? -errno : 0;
 }
 
 static int example_file(const char *directory, const struct embedded_file *from)

@@ -76,14 +76,21 @@ bool guard_is_token(const char *text, const char *token)
     return guard_is_same(text, strlen(text), token);
 }
 
-bool guard_has_cookie(const char *cookies, const char *token)
+void guard_cookie_name(unsigned port, char name[GUARD_COOKIE_MAX])
 {
+    snprintf(name, GUARD_COOKIE_MAX, "slew-%u=", port % 65536);
+}
+
+bool guard_has_cookie(const char *cookies, const char *name, const char *token)
+{
+    const size_t own = strlen(name);
+
     while (*cookies != 0) {
         const char *end = strchr(cookies, ';');
         const size_t length =
             end == NULL ? strlen(cookies) : (size_t)(end - cookies);
-        if (length > 5 && strncmp(cookies, "slew=", 5) == 0 &&
-            guard_is_same(cookies + 5, length - 5, token))
+        if (length > own && strncmp(cookies, name, own) == 0 &&
+            guard_is_same(cookies + own, length - own, token))
             return true;
         cookies += length;
         cookies += strspn(cookies, "; ");
@@ -91,11 +98,21 @@ bool guard_has_cookie(const char *cookies, const char *token)
     return false;
 }
 
+static const char guard_letters[] =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+
 bool guard_is_good_token(const char *token)
 {
     const size_t length = strlen(token);
 
     return length >= GUARD_TOKEN_MIN && length <= GUARD_TOKEN_MAX &&
-           strspn(token, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
-                         "0123456789-_") == length;
+           strspn(token, guard_letters) == length;
+}
+
+void guard_token_of(const unsigned char random[GUARD_TOKEN_NEW],
+                    char token[GUARD_TOKEN_NEW + 1])
+{
+    for (unsigned i = 0; i < GUARD_TOKEN_NEW; i++)
+        token[i] = guard_letters[random[i] % 64];
+    token[GUARD_TOKEN_NEW] = 0;
 }

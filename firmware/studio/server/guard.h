@@ -9,6 +9,7 @@
 
 #define GUARD_TOKEN_MIN 16
 #define GUARD_TOKEN_MAX 128
+#define GUARD_TOKEN_NEW 43 /* 256 bits */
 
 /* Is it an address of this machine alone: 127.0.0.0/8, ::1, localhost? */
 bool guard_is_loopback(const char *address);
@@ -21,11 +22,17 @@ bool guard_is_host(const char *host, const char *address, unsigned port);
  * none: no browser sends that from another page with what changes anything. */
 bool guard_is_origin(const char *origin, const char *host);
 
-/* The value of the cookie `slew` is the token; also of a query "token=...".
- * Takes as long whatever is wrong. */
-bool guard_has_cookie(const char *cookies, const char *token);
+/* The name of the cookie of the server at this port: cookies know no ports. */
+#define GUARD_COOKIE_MAX 16
+void guard_cookie_name(unsigned port, char name[GUARD_COOKIE_MAX]);
+/* The value of the cookie of this name is the token; also of a query
+ * "token=...".  Takes as long whatever is wrong. */
+bool guard_has_cookie(const char *cookies, const char *name, const char *token);
 bool guard_is_token(const char *text, const char *token);
 /* Letters, digits, - and _ only, GUARD_TOKEN_MIN to GUARD_TOKEN_MAX of them. */
 bool guard_is_good_token(const char *token);
+/* One of random bytes. */
+void guard_token_of(const unsigned char random[GUARD_TOKEN_NEW],
+                    char token[GUARD_TOKEN_NEW + 1]);
 
 #endif

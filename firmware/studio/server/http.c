@@ -18,6 +18,10 @@
 #define HTTP_PIECE   16384
 #define HTTP_NAME    1024
 
+#define HTTP_NO_TOKEN                                                          \
+    "a token is expected: open the link that slew has printed, "               \
+    "http://HOST:PORT/?token=..."
+
 static const char http_policy[] =
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; "
     "worker-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: "
@@ -35,8 +39,8 @@ static void http_header(struct lws *wsi, enum lws_token_indexes which,
 
 unsigned studio_refusal(const struct studio_server *server, struct lws *wsi)
 {
-    char host[HTTP_NAME], origin[HTTP_NAME], text[HTTP_NAME];
-    const char *token = server->config->token;
+    char host[HTTP_NAME], origin[HTTP_NAME], text[4 * HTTP_NAME];
+    char name[GUARD_COOKIE_MAX];
 
     http_header(wsi, WSI_TOKEN_HOST, host, sizeof host);
     http_header(wsi, WSI_TOKEN_ORIGIN, origin, sizeof origin);
@@ -44,10 +48,9 @@ unsigned studio_refusal(const struct studio_server *server, struct lws *wsi)
         return 421;
     if (!guard_is_origin(origin, host))
         return 403;
-    if (token == NULL)
-        return 0;
     http_header(wsi, WSI_TOKEN_HTTP_COOKIE, text, sizeof text);
-    return guard_has_cookie(text, token) ? 0 : 401;
+    guard_cookie_name(server->config->port, name);
+    return guard_has_cookie(text, name, server->config->token) ? 0 : 401;
 }
 
 /* --- answers ------------------------------------------------------------------ */
@@ -255,11 +258,14 @@ static int http_file(struct lws *wsi, struct studio_request *request,
     return http_give(wsi, request, &answer, body, length, body);
 }
 
-/* The way in: with the right token a cookie, and the page without it. */
+/* The way in: with the right token a cookie, and the page without it, so that
+ * the token stays in no history.  The cookie comes along from a link (Lax), with
+ * which nothing can be changed. */
 static int http_let_in(const struct studio_server *server, struct lws *wsi,
                        struct studio_request *request)
 {
     char text[GUARD_TOKEN_MAX + 64], cookie[GUARD_TOKEN_MAX + 128];
+    char name[GUARD_COOKIE_MAX];
     const struct http_answer answer = {
         .status = 303, .type = "text/plain", .cookie = cookie, .location = "/"
     };
@@ -267,12 +273,17 @@ static int http_let_in(const struct studio_server *server, struct lws *wsi,
     const char *token =
         lws_get_urlarg_by_name(wsi, "token=", text, sizeof text);
     if (token == NULL || !guard_is_token(token, server->config->token))
-        return http_refuse(wsi, request, 401, NULL,
-                           "a token is expected, as /?token=...");
-    snprintf(cookie, sizeof cookie,
-             "slew=%s; HttpOnly; SameSite=Strict; Path=/", token);
+        return http_refuse(wsi, request, 401, NULL, HTTP_NO_TOKEN);
+    guard_cookie_name(server->config->port, name);
+    snprintf(cookie, sizeof cookie, "%s%s; HttpOnly; SameSite=Lax; Path=/",
+             name, token);
     return http_give(wsi, request, &answer, "", 0, NULL);
 }
+
+#define HTTP_YAML(text)                                                        \
+    {                                                                          \
+        .status = 200, .type = "text/yaml; charset=utf-8", .tag = (text)       \
+    }
 
 /* --- rig and move --------------------------------------------------------------- */
 
@@ -288,9 +299,7 @@ static int http_read(struct lws *wsi, struct studio_request *request,
                      const char *path)
 {
     char tag[DOCUMENT_TAG], *data;
-    const struct http_answer answer = { .status = 200,
-                                        .type = "text/yaml; charset=utf-8",
-                                        .tag = tag };
+    const struct http_answer answer = HTTP_YAML(tag);
     const int64_t length = document_read(path, &data, tag);
 
     if (length < 0)
@@ -311,6 +320,7 @@ static int http_studio(const struct studio_server *server, struct lws *wsi,
     else
         cJSON_AddNullToObject(object, "move");
     cJSON_AddBoolToObject(object, "real", config->is_real);
+    cJSON_AddBoolToObject(object, "edits_rig", config->edits_rig);
     cJSON_AddBoolToObject(object, "address_is_loopback",
                           guard_is_loopback(server->address));
     cJSON_AddNumberToObject(object, "rate_hz", 60);
@@ -321,14 +331,18 @@ static int http_beside(const struct studio_server *server, struct lws *wsi,
                        struct studio_request *request)
 {
     const struct studio_config *config = server->config;
-    char name[FILES_PATH_MAX];
+    char name[FILES_PATH_MAX], tag[DOCUMENT_TAG], *data;
+    const struct http_answer answer = HTTP_YAML(tag);
 
     const char *asked = lws_get_urlarg_by_name(wsi, "name=", name, sizeof name);
-    if (asked == NULL ||
-        !document_is_public(asked, config->rig_path, config->move_path))
+    const int64_t length =
+        asked == NULL ? -ENOENT
+                      : document_read_beside(asked, config->rig_path,
+                                             config->move_path, &data, tag);
+    if (length < 0)
         return http_refuse(wsi, request, 404, NULL,
                            "no file beside the rig or the move has this name");
-    return http_read(wsi, request, asked);
+    return http_give(wsi, request, &answer, data, (size_t)length, data);
 }
 
 /* --- takes ------------------------------------------------------------------------ */
@@ -420,6 +434,10 @@ static int http_put(const struct studio_server *server, struct lws *wsi,
     if (!is_take && http_document(server, path) == NULL)
         return http_refuse(wsi, request, 404, NULL,
                            "there is nothing of this name that can be written");
+    if (strcmp(path, "/api/rig") == 0 && !server->config->edits_rig)
+        return http_refuse(wsi, request, 403, NULL,
+                           "the file of the rig is not written from here, "
+                           "expected slew started with --edit-rig");
     http_header(wsi, WSI_TOKEN_HTTP_IF_MATCH, request->tag,
                 sizeof request->tag);
     http_header(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH, length, sizeof length);
@@ -492,8 +510,7 @@ static int http_begin(const struct studio_server *server, struct lws *wsi,
         return http_refuse(wsi, request, refusal, NULL,
                            refusal == 421   ? "this is another host"
                            : refusal == 403 ? "this is for the page of slew"
-                                            : "a token is expected, as "
-                                              "/?token=...");
+                                            : HTTP_NO_TOKEN);
     if (lws_hdr_total_length(wsi, WSI_TOKEN_GET_URI) > 0)
         return http_get(server, wsi, request, path);
     if (lws_hdr_total_length(wsi, WSI_TOKEN_PUT_URI) > 0)

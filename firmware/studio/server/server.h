@@ -19,8 +19,9 @@ struct studio_config {
     const char *rig_path, *move_path; /* move NULL: none */
     const char *address;              /* NULL: 127.0.0.1 */
     unsigned port;
-    const char *token; /* NULL: none is needed */
+    const char *token; /* what a browser must bring */
     bool is_real;
+    bool edits_rig; /* the page may write the file of the rig */
 };
 
 struct studio_server;

@@ -15,7 +15,7 @@ import path from "node:path";
 import readline from "node:readline";
 import { after, before, test } from "node:test";
 import { setTimeout as sleep } from "node:timers/promises";
-import { Socket } from "./websocket.mjs";
+import { Socket, remember } from "./websocket.mjs";
 
 const slew = process.env.SLEW ?? "build/slew";
 const port = 10000 + (process.pid % 10000); // below what connections are given
@@ -83,6 +83,7 @@ before(async () => {
   helper.stderr.on("data", (data) => (said += data));
   const [, id] = (await answers.next()).value.split(" ");
   const name = await until("a socket", () => /socket (\S+)/.exec(said)?.[1]);
+  remember(said);
   const file = net.connect(name);
   service = new Lines(
     (text) => file.write(`${text}\n`),

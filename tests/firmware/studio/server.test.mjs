@@ -9,7 +9,7 @@ import path from "node:path";
 import { after, before, test } from "node:test";
 import { setTimeout as sleep } from "node:timers/promises";
 import { slowly } from "./slowly.mjs";
-import { Socket } from "./websocket.mjs";
+import { Socket, cookieOf, linkOf, remember } from "./websocket.mjs";
 
 const slew = process.env.SLEW ?? "build/slew";
 const port = 20000 + (process.pid % 10000);
@@ -32,6 +32,7 @@ before(async () => {
   child.stderr.on("data", (data) => (said += data));
   for (let i = 0; i < 200 && !said.includes("socket "); i++) await sleep(50);
   assert.match(said, /socket /, said);
+  remember(said);
 });
 
 after(async () => {
@@ -44,7 +45,7 @@ after(async () => {
 function ask(method, where, { headers = {}, body } = {}) {
   return new Promise((resolve, reject) => {
     const request = http.request(
-      { port, host: "127.0.0.1", method, path: where, headers },
+      { port, host: "127.0.0.1", method, path: where, headers: { ...cookieOf(port), ...headers } },
       (answer) => {
         const parts = [];
         answer.on("data", (part) => parts.push(part));
@@ -125,6 +126,62 @@ test("the page comes with a policy, packed or not, and is not sent twice", async
   assert.equal(packed.headers["content-encoding"], "gzip");
   const again = await ask("GET", "/", { headers: { "if-none-match": plain.headers.etag } });
   assert.equal(again.status, 304);
+});
+
+test("without the token of the link there is nothing, on loopback too", async () => {
+  assert.match(said, /http:\/\/127\.0\.0\.1:\d+\/\?token=[\w-]{43}\n/);
+  const routes = ["/", "/index.html", "/planner.mjs", "/api/studio", "/api/rig", "/api/move"];
+  routes.push("/api/takes", "/api/take?name=a.csv", `/api/file?name=${home}/dolly/rig.yaml`);
+  routes.push("/?token=", "/?token=x", "/?token=" + "A".repeat(43), "/none");
+  const wrong = [{}, { Cookie: "" }, { Cookie: `slew-${port}=` }];
+  wrong.push({ Cookie: cookieOf(port).Cookie.replace(`slew-${port}`, "slew") });
+  wrong.push({ Cookie: `${cookieOf(port).Cookie}x` });
+  for (const cookie of wrong) {
+    const headers = { Cookie: "none", ...cookie };
+    for (const route of routes) {
+      const answer = await ask("GET", route, { headers });
+      assert.equal(answer.status, 401, route);
+      assert.match(answer.text, /a token is expected/);
+    }
+    for (const route of ["/api/rig", "/api/move", "/api/take?name=x.csv"])
+      assert.equal((await ask("PUT", route, { headers, body: "x" })).status, 401, route);
+    await assert.rejects(Socket.open(port, { headers }), /401/);
+  }
+});
+
+test("the link sets a cookie that no script sees, and leads to the page", async () => {
+  const { pathname, search } = new URL(linkOf(port));
+  const answer = await ask("GET", pathname + search, { headers: { Cookie: "none" } });
+  assert.equal(answer.status, 303);
+  assert.equal(answer.headers.location, "/");
+  assert.equal(answer.headers["referrer-policy"], "no-referrer");
+  const [cookie] = answer.headers["set-cookie"];
+  assert.match(cookie, new RegExp(`^slew-${port}=[\\w-]{43}; HttpOnly; SameSite=Lax; Path=/$`));
+  const headers = { Cookie: cookie.split(";")[0] };
+  assert.equal((await ask("GET", "/", { headers })).status, 200);
+});
+
+test("the rig's file is not written unless that was asked for", async () => {
+  const file = `${home}/dolly/rig.yaml`;
+  const was = await ask("GET", "/api/rig");
+  const headers = { "if-match": was.headers.etag };
+  const put = await ask("PUT", "/api/rig", { headers, body: "axes: {}" });
+  assert.equal(put.status, 403);
+  assert.match(put.text, /--edit-rig/);
+  assert.equal(fs.readFileSync(file, "utf8"), was.text);
+  assert.equal(JSON.parse((await ask("GET", "/api/studio")).text).edits_rig, false);
+  fs.cpSync("examples/dolly", `${home}/edited`, { recursive: true });
+  const words = ["studio", "--no-browser", "--edit-rig", "--port", `${port + 5}`, `${home}/edited`];
+  const program = await another(words, "socket ");
+  const own = cookieOf(port + 5);
+  const url = `http://127.0.0.1:${port + 5}/api/rig`;
+  const read = await fetch(url, { headers: own });
+  const body = `${await read.text()}# edited\n`;
+  const etag = read.headers.get("etag");
+  const answer = await fetch(url, { method: "PUT", headers: { ...own, "if-match": etag }, body });
+  assert.equal(answer.status, 204);
+  assert.equal(fs.readFileSync(`${home}/edited/rig.yaml`, "utf8"), body);
+  await end(program);
 });
 
 test("another Host and another Origin are refused, also for the socket", async () => {
@@ -316,6 +373,7 @@ async function another(words, sign, environment = {}) {
   program.stderr.on("data", (data) => (text += data));
   await until(sign, () => text.includes(sign) || program.exitCode !== null, 60000);
   assert.equal(program.exitCode, null, text);
+  remember(text);
   return program;
 }
 
@@ -325,7 +383,8 @@ async function end(program) {
   assert.equal(await ended, 0);
 }
 
-const from = async (where, route) => (await fetch(`http://127.0.0.1:${where}${route}`)).text();
+const from = async (where, route) =>
+  (await fetch(`http://127.0.0.1:${where}${route}`, { headers: cookieOf(where) })).text();
 
 test("the service serves the page too, to clients of the same lease", async () => {
   fs.cpSync("examples/dolly", `${home}/served`, { recursive: true });
@@ -403,15 +462,25 @@ test("with --real the page moves a servo behind a socket of another process", as
   servo.kill("SIGKILL");
 });
 
-test("another address needs a token, and the token lets in", async () => {
+test("a token of a file is nobody else's to read", async () => {
+  const token = "abcdefghijklmnopqrst";
+  fs.writeFileSync(`${home}/token`, `${token}\n`, { mode: 0o644 });
+  const words = ["studio", "--no-browser", "--port", `${port + 6}`, "--address", "0.0.0.0"];
+  words.push("--token-file", `${home}/token`, `${home}/dolly`);
   const refused = (() => {
     try {
-      execFileSync(slew, ["studio", "--address", "0.0.0.0", `${home}/dolly`], { stdio: "pipe" });
+      execFileSync(slew, words, { stdio: "pipe" });
     } catch (failed) {
       return failed;
     }
     return null;
   })();
   assert.equal(refused?.status, 2);
-  assert.match(refused.stderr.toString(), /expected --token-file/);
+  assert.match(refused.stderr.toString(), /others can read .* expected chmod 600/);
+  fs.chmodSync(`${home}/token`, 0o600);
+  const program = await another(["studio", "--socket", `${home}/run/other`, ...words.slice(1)], "socket ");
+  assert.equal(linkOf(port + 6), `http://127.0.0.1:${port + 6}/?token=${token}`);
+  assert.match(await from(port + 6, "/"), /<!doctype html>/);
+  assert.equal((await fetch(`http://127.0.0.1:${port + 6}/`)).status, 401);
+  await end(program);
 });

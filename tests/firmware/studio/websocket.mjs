@@ -4,6 +4,17 @@ import { randomBytes } from "node:crypto";
 import { EventEmitter } from "node:events";
 import http from "node:http";
 
+// The token of each server that has printed its link, by its port.
+const tokens = new Map();
+
+export function remember(said) {
+  for (const [, port, token] of said.matchAll(/:(\d+)\/\?token=([\w-]+)/g))
+    tokens.set(Number(port), token);
+}
+
+export const linkOf = (port) => `http://127.0.0.1:${port}/?token=${tokens.get(port)}`;
+export const cookieOf = (port) => ({ Cookie: `slew-${port}=${tokens.get(port)}` });
+
 export class Socket extends EventEmitter {
   #raw;
   #bytes = Buffer.alloc(0);
@@ -24,6 +35,7 @@ export class Socket extends EventEmitter {
           "Sec-WebSocket-Key": randomBytes(16).toString("base64"),
           "Sec-WebSocket-Protocol": "slew",
           Origin: `http://127.0.0.1:${port}`,
+          ...cookieOf(port),
           ...headers,
         },
       });

@@ -67,6 +67,7 @@ static enum status cmd_service_page_alone(const struct options *options)
     error_say("slew service run: %s is for the page, expected --port too",
               options->path_count > 2       ? options->path[2]
               : options->token_file != NULL ? "--token-file"
+              : options->edit_rig           ? "--edit-rig"
                                             : "--address");
     return STATUS_INPUT;
 }
@@ -103,7 +104,7 @@ static enum status cmd_service_serve(const struct options *options)
     }
     if (options->port < 0 &&
         (options->path_count > 2 || options->token_file != NULL ||
-         options->address != NULL))
+         options->address != NULL || options->edit_rig))
         return cmd_service_page_alone(options);
     if (options->records && options->recordings == NULL) {
         error_say("slew service run: --record-always: expected --recordings "

@@ -92,10 +92,10 @@ const struct command cmd_studio = {
         "kept in ~/.local/share/slew/example.\n\n"
         "Nothing moves, and no drive gets torque, before the page requests it; "
         "with\n"
-        "--real it prompts first.  Only a browser on this machine is answered, "
-        "unless\n"
-        "--address and --token-file say more: whoever has the token moves the "
-        "rig.\n",
+        "--real it prompts first.  Only a browser that comes by the link that "
+        "is\n"
+        "printed is answered, and only on this machine unless --address and\n"
+        "--token-file say more: whoever has the token moves the rig.\n",
     .examples = "  slew studio\n"
                 "  slew studio examples/dolly\n"
                 "  slew studio --real --cpu 1 rig.yaml move.yaml\n"

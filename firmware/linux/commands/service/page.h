@@ -16,6 +16,7 @@ struct page {
     struct studio_server *server;
     char rig[FILES_PATH_MAX], move[FILES_PATH_MAX];
     char token[GUARD_TOKEN_MAX + 2];
+    char link[FILES_PATH_MAX]; /* a file that leads to the page; "": none */
 };
 
 /* The rig and the move by what the command line names: a rig, or a directory with
@@ -33,10 +34,14 @@ struct service_beside page_beside(struct page *page);
     { "address", "ADDRESS", OPTION_TEXT, offsetof(struct options, address),    \
       prefix                                                                   \
       "of the page (127.0.0.1); others than loopback with --token-file" },     \
+        { "token-file", "FILE", OPTION_TEXT,                                   \
+          offsetof(struct options, token_file),                                \
+          prefix                                                               \
+          "its first line is what a browser must bring, instead of a new "     \
+          "one" },                                                             \
     {                                                                          \
-        "token-file", "FILE", OPTION_TEXT,                                     \
-            offsetof(struct options, token_file),                              \
-            prefix "its first line is what a browser must bring"               \
+        "edit-rig", NULL, OPTION_FLAG, offsetof(struct options, edit_rig),     \
+            prefix "the page may write the file of the rig, too"               \
     }
 
 #endif

@@ -278,15 +278,23 @@ static void a_plan_is_given_up_at_any_time(void **state)
     }
 }
 
+/* Nor for a process that was forked later, such as the guardian of real drives,
+ * and has all that was open then. */
 static void the_end_does_not_wait_for_a_plan(void **state)
 {
     (void)state;
     up(&(struct service_plan_limit){ 0 });
+    const pid_t other = fork();
+    if (other == 0)
+        for (;;)
+            pause();
     assert_true(service_planner_ask(&bench.planner, endless));
     usleep(100000);
     const int64_t begin_ms = now_ms();
     service_planner_end(&bench.planner);
     assert_in_range(now_ms() - begin_ms, 0, PROMPT_MS);
+    kill(other, SIGKILL);
+    assert_int_equal(waitpid(other, NULL, 0), other);
 }
 
 static void progress_says_what_is_done(void **state)

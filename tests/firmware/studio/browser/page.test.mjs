@@ -81,7 +81,7 @@ test("the page is under 1 MB gzip with the planner", { timeout: 60000 }, () =>
       await page.waitForTimeout(300);
     }
     await settle(page);
-    const planner = await fetch(`${studio.url}/planner.wasm`);
+    const planner = await studio.get("/planner.wasm");
     sizes.set("/planner.wasm", gzipSync(new Uint8Array(await planner.arrayBuffer())).length);
     const all = [...sizes.values()].reduce((sum, size) => sum + size, 0);
     console.log(`# ${sizes.size} files, ${all} bytes gzip`);

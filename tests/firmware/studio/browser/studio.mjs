@@ -6,6 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
 import { slowly } from "../slowly.mjs";
+import { cookieOf, linkOf, remember } from "../websocket.mjs";
 
 const slew = process.env.SLEW ?? "build/slew";
 export const pictures = process.env.STUDIO_PICTURES ?? "build/studio/pictures";
@@ -33,15 +34,13 @@ function freePort() {
   });
 }
 
-async function answers(url, child) {
-  for (let i = 0; i < 200; i++) {
+async function answers(port, child) {
+  let said = "";
+  child.stdout.on("data", (data) => (said += data));
+  for (let i = 0; i < 400; i++) {
     if (child.exitCode !== null) throw new Error(`slew studio ended with ${child.exitCode}`);
-    try {
-      if ((await fetch(`${url}/api/studio`)).ok) return;
-    } catch {
-      // Not yet.
-    }
-    await new Promise((resolve) => setTimeout(resolve, 50));
+    if (said.includes("socket ")) return remember(said);
+    await new Promise((resolve) => setTimeout(resolve, 25));
   }
   throw new Error("slew studio does not answer");
 }
@@ -63,13 +62,13 @@ export async function serve(example, change = (rig, move) => [rig, move], tickMs
   const arguments_ = ["studio", directory, "--port", String(port), "--no-browser"];
   const environment = { ...process.env, SLEW_RUN_DIR: directory };
   const child = spawn(slew, arguments_, {
-    stdio: ["ignore", "ignore", "inherit"],
+    stdio: ["ignore", "pipe", "inherit"],
     env: environment,
   });
-  const url = `http://127.0.0.1:${port}`;
-  await answers(url, child);
+  await answers(port, child);
   return {
-    url,
+    url: linkOf(port),
+    get: (path) => fetch(`http://127.0.0.1:${port}${path}`, { headers: cookieOf(port) }),
     child,
     directory,
     movePath: paths[1],

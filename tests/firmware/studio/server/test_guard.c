@@ -62,15 +62,25 @@ static void an_origin_is_the_page_or_refused(void **state)
 static void a_token_is_all_of_it(void **state)
 {
     const char *token = "abcdefghijklmnop";
+    char own[GUARD_COOKIE_MAX], fresh[GUARD_TOKEN_NEW + 1];
+    unsigned char random[GUARD_TOKEN_NEW];
 
     (void)state;
-    assert_true(guard_has_cookie("slew=abcdefghijklmnop", token));
-    assert_true(guard_has_cookie("a=b; slew=abcdefghijklmnop; c=d", token));
-    assert_false(guard_has_cookie("xslew=abcdefghijklmnop", token));
-    assert_false(guard_has_cookie("slew=abcdefghijklmno", token));
-    assert_false(guard_has_cookie("slew=abcdefghijklmnopq", token));
-    assert_false(guard_has_cookie("slew=", token));
-    assert_false(guard_has_cookie("", token));
+    guard_cookie_name(1, own);
+    for (unsigned i = 0; i < GUARD_TOKEN_NEW; i++)
+        random[i] = (unsigned char)(i * 37);
+    guard_token_of(random, fresh);
+    assert_int_equal(strlen(fresh), GUARD_TOKEN_NEW);
+    assert_true(guard_is_good_token(fresh));
+    assert_true(guard_has_cookie("slew-1=abcdefghijklmnop", own, token));
+    assert_true(
+        guard_has_cookie("a=b; slew-1=abcdefghijklmnop; c=d", own, token));
+    assert_false(guard_has_cookie("xslew-1=abcdefghijklmnop", own, token));
+    assert_false(guard_has_cookie("slew-12=abcdefghijklmnop", own, token));
+    assert_false(guard_has_cookie("slew-1=abcdefghijklmno", own, token));
+    assert_false(guard_has_cookie("slew-1=abcdefghijklmnopq", own, token));
+    assert_false(guard_has_cookie("slew-1=", own, token));
+    assert_false(guard_has_cookie("", own, token));
     assert_true(guard_is_good_token(token));
     assert_false(guard_is_good_token("abcdefghijklmno"));
     assert_false(guard_is_good_token("abcdefghijklm;op"));
