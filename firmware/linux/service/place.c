@@ -21,6 +21,7 @@
 #define PLACE_LINE_MAX 1048576
 #define PLACE_PIECE    4096
 #define PLACE_COUNT    4
+#define PLACE_SLICE_MS 50 /* between two looks at Ctrl-C */
 
 /* --- where --- */
 
@@ -175,12 +176,36 @@ static int64_t link_now_ms(void)
     return now.tv_sec * INT64_C(1000) + now.tv_nsec / 1000000;
 }
 
+static void link_look(struct service_link *link)
+{
+    if (link->stopped || link->interrupts == NULL || *link->interrupts == 0)
+        return;
+    link->stopped = true;
+    (void)service_link_send(link, "{\"command\":\"stop\"}");
+    (void)service_link_send(link, "{\"command\":\"cancel\"}");
+}
+
+/* False: nothing has come until then. */
+static bool link_wait(struct service_link *link, int64_t until_ms)
+{
+    struct pollfd look = { .fd = link->file, .events = POLLIN };
+    for (;;) {
+        link_look(link);
+        const int64_t left_ms = until_ms - link_now_ms();
+        const int64_t slice_ms =
+            left_ms < PLACE_SLICE_MS ? left_ms : PLACE_SLICE_MS;
+        const int got = poll(&look, 1, slice_ms > 0 ? (int)slice_ms : 0);
+        if (got > 0)
+            return true;
+        if ((got < 0 && errno != EINTR) || left_ms <= 0)
+            return false;
+    }
+}
+
 /* More of what comes; false: it took too long, or nothing comes any more. */
 static bool link_read(struct service_link *link, int64_t until_ms)
 {
-    const int64_t left_ms = until_ms - link_now_ms();
-    struct pollfd look = { .fd = link->file, .events = POLLIN };
-    if (poll(&look, 1, left_ms > 0 ? (int)left_ms : 0) <= 0)
+    if (!link_wait(link, until_ms))
         return false;
     if (link->length + PLACE_PIECE > link->size) {
         link->size += link->size + PLACE_PIECE;
@@ -214,26 +239,33 @@ const char *service_link_line(struct service_link *link, int timeout_ms)
     }
 }
 
+/* Is it the answer to that command? */
+static bool link_answers(const cJSON *object, double id)
+{
+    const cJSON *own = cJSON_GetObjectItemCaseSensitive(object, "id");
+    return cJSON_IsNumber(own) && own->valuedouble == id &&
+           cJSON_HasObjectItem(object, "ok");
+}
+
 cJSON *service_link_ask(struct service_link *link, cJSON *command,
                         int timeout_ms,
                         void (*event)(void *context, const cJSON *event),
                         void *context)
 {
-    char *text = cJSON_PrintUnformatted(command);
-    const int64_t until_ms = link_now_ms() + timeout_ms;
+    const double id = ++link->asked;
     const char *line;
+    cJSON_AddNumberToObject(command, "id", id);
+    char *text = cJSON_PrintUnformatted(command);
     cJSON_Delete(command);
     if (text == NULL)
         memory_fail();
     const int err = service_link_send(link, text);
     free(text);
-    while (err == 0 && (line = service_link_line(
-                            link, (int)(until_ms - link_now_ms()))) != NULL) {
+    while (err == 0 && (line = service_link_line(link, timeout_ms)) != NULL) {
         cJSON *object = cJSON_Parse(line);
-        if (object != NULL && cJSON_HasObjectItem(object, "ok") &&
-            !cJSON_HasObjectItem(object, "event"))
+        if (link_answers(object, id))
             return object;
-        if (event != NULL && object != NULL)
+        if (event != NULL && cJSON_HasObjectItem(object, "event"))
             event(context, object);
         cJSON_Delete(object);
     }

@@ -9,6 +9,7 @@
 #define FIRMWARE_LINUX_SERVICE_PLACE_H
 
 #include <cjson/cJSON.h>
+#include <signal.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -31,6 +32,11 @@ struct service_link {
     char *in; /* on the heap */
     size_t length, size, line;
     cJSON *hello; /* what it is, docs/API.md */
+    unsigned asked;
+    /* Ctrl-C, counted (NULL: nobody counts): what is waited for then is not waited
+     * for before a stop is sent, and what is being planned is given up. */
+    const volatile sig_atomic_t *interrupts;
+    bool stopped; /* that was done */
 };
 
 /* To the socket, or (NULL) to the service of that rig.  0; -1: there is none,
@@ -43,9 +49,9 @@ int service_link_send(struct service_link *link, const char *line);
 /* The next line, without its LF, until the next call; NULL: none has come
  * within timeout_ms, or the service is gone (link->file is -1 then). */
 const char *service_link_line(struct service_link *link, int timeout_ms);
-/* Sends a command, frees it and waits for its answer, which is the caller's;
- * events meanwhile are handed to `event` (NULL: left out).  NULL: the service
- * is gone. */
+/* Sends a command, frees it and waits for its answer, by an id of its own, which
+ * is the caller's; events meanwhile are handed to `event` (NULL: left out).  NULL:
+ * the service is gone, or has said nothing at all for timeout_ms. */
 cJSON *service_link_ask(struct service_link *link, cJSON *command,
                         int timeout_ms,
                         void (*event)(void *context, const cJSON *event),

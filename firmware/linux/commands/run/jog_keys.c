@@ -4,13 +4,15 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/array.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/output.h"
 
-#define JOG_SHOW_NS INT64_C(100000000)
-#define JOG_FASTER  5
+#define JOG_SHOW_NS   INT64_C(100000000)
+#define JOG_FASTER    5
+#define JOG_TYPED_MAX 256 /* keys at one time */
 
 static const struct rig_axis *jog_rig(const struct jog_keys *self)
 {
@@ -136,6 +138,27 @@ static void jog_key(struct jog_keys *self, int key)
     }
 }
 
+static bool jog_is_stop(int key)
+{
+    static const int others[] = {
+        TERMINAL_LEFT,
+        TERMINAL_FAST_LEFT,
+        TERMINAL_RIGHT,
+        TERMINAL_FAST_RIGHT,
+        TERMINAL_UP,
+        TERMINAL_DOWN,
+        TERMINAL_END,
+        'h',
+        's',
+        'r',
+        'q',
+    };
+    size_t i = 0;
+    while (i < ARRAY_LEN(others) && others[i] != key)
+        i++;
+    return i == ARRAY_LEN(others);
+}
+
 /* --- what is shown --- */
 
 static void jog_show(struct jog_keys *self)
@@ -173,16 +196,30 @@ static bool jog_is_over(const struct jog_keys *self)
             state == CONTROLLER_FAULT);
 }
 
+/* What was typed: from the last stop among it on, which is before all else. */
+static bool jog_typed(struct jog_keys *self)
+{
+    int key[JOG_TYPED_MAX];
+    unsigned count = 0, from = 0;
+    while (count < JOG_TYPED_MAX &&
+           (key[count] = terminal_key(&self->terminal)) != TERMINAL_NONE) {
+        if (jog_is_stop(key[count]))
+            from = count;
+        if (key[count++] == TERMINAL_END)
+            break;
+    }
+    for (unsigned i = from; i < count; i++)
+        jog_key(self, key[i]);
+    return count > 0 && key[count - 1] == TERMINAL_END;
+}
+
 /* False: nobody is there any more. */
 static bool jog_tick(struct jog_keys *self)
 {
     if (!self->hand->ops->step(self->hand))
         return false;
-    for (int key; (key = terminal_key(&self->terminal)) != TERMINAL_NONE;) {
-        jog_key(self, key);
-        if (key == TERMINAL_END)
-            return true;
-    }
+    if (jog_typed(self))
+        return true;
     jog_enable_again(self);
     jog_show(self);
     return true;

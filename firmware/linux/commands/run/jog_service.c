@@ -13,7 +13,8 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-#define JOG_SERVICE_SETTLE 2 /* looks more, the servo settles */
+#define JOG_SERVICE_SETTLE    2    /* looks more, the servo settles */
+#define JOG_SERVICE_ANSWER_MS 1000 /* keys are not looked at meanwhile */
 
 struct jog_service {
     struct jog_hand hand; /* for keys */
@@ -192,7 +193,7 @@ static const char *jog_try(struct jog_hand *hand, cJSON *command)
 {
     struct jog_service *self = jog_service_of(hand);
     cJSON *answer = service_link_ask(&self->served->link, command,
-                                     SERVICE_ANSWER_MS, NULL, NULL);
+                                     JOG_SERVICE_ANSWER_MS, NULL, NULL);
     const char *text =
         cJSON_GetStringValue(cJSON_GetObjectItem(answer, "text"));
     snprintf(self->said, sizeof self->said, "%s",

@@ -14,7 +14,7 @@
 
 #define SERVED_FILE_MAX  1048576
 #define SERVED_OFF_MS    5000  /* until drives confirm it */
-#define SERVED_ANSWER_MS 60000 /* planning takes its time */
+#define SERVED_ANSWER_MS 10000 /* of silence: planning tells how far it is */
 
 /* --- is it for the service? --- */
 
@@ -109,6 +109,12 @@ static void served_event(void *context, const cJSON *event)
             error_say("slew %s: warning: %s", self->verb, text);
 }
 
+/* What the operator has stopped is refused, or given up, for that. */
+static bool served_is_cut(const struct served *self)
+{
+    return self->link.stopped && !self->leaves;
+}
+
 /* One command, one answer, which is the caller's.  NULL: refused, or gone, with
  * a line on stderr. */
 static cJSON *served_ask(struct served *self, cJSON *command)
@@ -116,6 +122,7 @@ static cJSON *served_ask(struct served *self, cJSON *command)
     char name[32];
     snprintf(name, sizeof name, "%s",
              cJSON_GetStringValue(cJSON_GetObjectItem(command, "command")));
+    self->link.interrupts = self->interrupts;
     cJSON *answer = service_link_ask(&self->link, command, SERVED_ANSWER_MS,
                                      served_event, self);
     if (answer == NULL) {
@@ -127,8 +134,9 @@ static cJSON *served_ask(struct served *self, cJSON *command)
         return answer;
     const char *text =
         cJSON_GetStringValue(cJSON_GetObjectItem(answer, "text"));
-    error_say("slew %s: the service refuses \"%s\": %s", self->verb, name,
-              text != NULL ? text : "no reason given");
+    if (!served_is_cut(self))
+        error_say("slew %s: the service refuses \"%s\": %s", self->verb, name,
+                  text != NULL ? text : "no reason given");
     cJSON_Delete(answer);
     return NULL;
 }
@@ -137,7 +145,9 @@ enum status served_do(struct served *self, cJSON *command)
 {
     cJSON *answer = served_ask(self, command);
     cJSON_Delete(answer);
-    return answer != NULL ? STATUS_OK : STATUS_REFUSED;
+    return answer != NULL        ? STATUS_OK
+           : served_is_cut(self) ? STATUS_INTERRUPTED
+                                 : STATUS_REFUSED;
 }
 
 static void served_copy(char *to, size_t size, const cJSON *object,
@@ -204,7 +214,8 @@ static enum status served_now(struct served *self)
     enum status status = served_look(self);
     if (status == STATUS_OK && *self->interrupts > 0 && !self->stopped) {
         self->stopped = true;
-        status = served_do(self, served_command("stop"));
+        if (!self->link.stopped)
+            status = served_do(self, served_command("stop"));
         if (status == STATUS_OK)
             status = served_look(self);
     }
@@ -303,6 +314,7 @@ static enum status served_rest(struct served *self)
 
 enum status served_off(struct served *self, enum status status)
 {
+    self->leaves = true;
     enum status off = served_rest(self);
     if (off == STATUS_OK && strcmp(self->state, "ready") == 0) {
         served_say(self, "torque off");

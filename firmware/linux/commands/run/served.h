@@ -30,6 +30,7 @@ struct served {
     char follow[SERVED_FAULT_MAX]; /* what was said last of a clock */
     bool enabling, homing, starting, torque_off;
     bool stopped; /* the operator has asked for it */
+    bool leaves;  /* torque is being taken off */
     bool draws;   /* a line in place, which nothing else may break */
 };
 

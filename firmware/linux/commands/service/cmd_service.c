@@ -1,6 +1,8 @@
 /* firmware/linux/commands/service/cmd_service.c - slew service: a rig under control of
  * other programs, over a socket. */
 #include <poll.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -15,10 +17,12 @@
 #include "firmware/linux/commands/service/page.h"
 #include "firmware/linux/service/place.h"
 #include "firmware/linux/service/service.h"
+#include "hal/linux/thread.h"
 
 #define CMD_SERVICE_LINE 262144
 #define CMD_SERVICE_CPUS 1023
 #define CMD_SERVICE_LAST 500 /* ms for answers after the end of the input */
+#define CMD_SERVICE_LOOK 100 /* ms between two looks at who is gone */
 
 /* "RIG", or a directory with rig.yaml. */
 static const char *cmd_service_rig(const struct options *options,
@@ -238,44 +242,69 @@ static enum status cmd_service_show(const struct options *options)
 
 /* --- send: lines from standard input, lines to standard output --- */
 
-/* What has come within so many ms. */
-static void cmd_service_receive(struct service_link *link, int timeout_ms)
+struct cmd_service_answers {
+    struct service_link *link; /* its reading half */
+    _Atomic bool ends;         /* after what comes within a moment */
+};
+
+/* In a thread of its own: whoever does not take the answers holds up no line, a
+ * stop among them. */
+static void *cmd_service_receive(void *context)
 {
+    struct cmd_service_answers *self = context;
     const char *line;
-    while ((line = service_link_line(link, timeout_ms)) != NULL)
-        puts(line);
-    fflush(stdout);
+    while (self->link->file >= 0) {
+        const bool last = self->ends;
+        while ((line = service_link_line(
+                    self->link, last ? CMD_SERVICE_LAST : CMD_SERVICE_LOOK)) !=
+               NULL)
+            puts(line);
+        fflush(stdout);
+        if (last)
+            break;
+    }
+    return NULL;
 }
 
-static bool cmd_service_is_input(int file, int timeout_ms)
+/* Lines of standard input, until its end or that of the service. */
+static void cmd_service_lines(struct service_link *to,
+                              const struct service_link *from)
 {
-    struct pollfd look[2] = { { .fd = STDIN_FILENO, .events = POLLIN },
-                              { .fd = file, .events = POLLIN } };
-    return poll(look, 2, timeout_ms) > 0 && look[0].revents != 0;
+    static char line[CMD_SERVICE_LINE];
+    struct pollfd look = { .fd = STDIN_FILENO, .events = POLLIN };
+    setvbuf(stdin, NULL, _IONBF, 0); /* poll() sees all that there is */
+    while (to->file >= 0 && from->file >= 0) {
+        if (poll(&look, 1, CMD_SERVICE_LOOK) <= 0)
+            continue;
+        if (fgets(line, sizeof line, stdin) == NULL)
+            return;
+        line[strcspn(line, "\n")] = '\0';
+        (void)service_link_send(to, line);
+    }
 }
 
 static enum status cmd_service_send(const struct options *options)
 {
-    static char line[CMD_SERVICE_LINE];
     struct service_link link = { .file = -1 };
+    struct cmd_service_answers answers = { .link = &link };
+    pthread_t thread;
     enum status status = cmd_service_link(options, "send", &link);
     if (status != STATUS_OK)
         return status;
-    setvbuf(stdin, NULL, _IONBF, 0); /* poll() sees all that there is */
     json_print_line(link.hello, stdout);
     link.hello = NULL;
     putchar('\n');
-    while (link.file >= 0) {
-        cmd_service_receive(&link, 0);
-        if (link.file < 0 || !cmd_service_is_input(link.file, 1000))
-            continue;
-        if (fgets(line, sizeof line, stdin) == NULL)
-            break;
-        line[strcspn(line, "\n")] = '\0';
-        (void)service_link_send(&link, line);
+    fflush(stdout);
+    struct service_link to = { .file = dup(link.file) };
+    if (to.file < 0 ||
+        thread_linux_start(&thread, cmd_service_receive, &answers) != 0) {
+        error_say("slew service send: no thread for answers");
+        return STATUS_SYSTEM;
     }
-    if (link.file >= 0)
-        cmd_service_receive(&link, CMD_SERVICE_LAST);
+    cmd_service_lines(&to, &link);
+    answers.ends = true;
+    (void)pthread_join(thread, NULL);
+    close(to.file);
     if (link.file < 0)
         error_say("slew service send: the service has closed the connection");
     status = link.file < 0 ? STATUS_REFUSED : STATUS_OK;

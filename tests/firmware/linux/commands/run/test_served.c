@@ -212,7 +212,8 @@ static void warnings_are_said_and_break_no_line(void **state)
         "{\"event\":\"drive\",\"text\":\"slide: warning 1\"}\n"
         "{\"event\":\"bus\",\"text\":7}\n"
         "{\"event\":\"warning\",\"text\":\"lift: current\"}\n"
-        "{\"ok\":true}\n";
+        "{\"id\":77,\"ok\":false}\n" /* a late one */
+        "{\"id\":2,\"ok\":true}\n{\"id\":1,\"ok\":true}\n";
     const struct options options = { .json = true };
     struct served served = { .options = &options, .verb = "run" };
     char text[512] = "";
@@ -238,6 +239,43 @@ static void warnings_are_said_and_break_no_line(void **state)
     close(pair[1]);
     close(console);
     fclose(file);
+}
+
+/* Whatever is waited for, and be it a plan of a minute. */
+static void a_stop_does_not_wait_for_an_answer(void **state)
+{
+    const struct options options = { .json = true };
+    const volatile sig_atomic_t interrupts = 1;
+    struct served served = { .options = &options,
+                             .verb = "run",
+                             .interrupts = &interrupts };
+    char text[512] = "";
+    size_t length = 0;
+    int pair[2];
+    (void)state;
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, pair), 0);
+    served.link.file = pair[0];
+    const pid_t other = fork();
+    if (other == 0) { /* the service: answers once it is told to stop */
+        static const char answer[] = "{\"id\":1,\"ok\":false,\"text\":\"-\"}\n";
+        (void)alarm((unsigned)FOR_EVER_S);
+        while (strstr(text, "\"load\"") == NULL ||
+               strstr(text, "{\"command\":\"stop\"}\n") == NULL ||
+               strstr(text, "{\"command\":\"cancel\"}\n") == NULL) {
+            const ssize_t got =
+                read(pair[1], text + length, sizeof text - 1 - length);
+            length += got > 0 ? (size_t)got : 0;
+        }
+        _exit(write(pair[1], answer, sizeof answer - 1) < 0);
+    }
+    assert_int_equal(served_do(&served, served_command("load")),
+                     STATUS_INTERRUPTED);
+    assert_true(served.link.stopped);
+    int status = -1;
+    assert_int_equal(waitpid(other, &status, 0), other);
+    assert_int_equal(status, 0);
+    service_link_close(&served.link);
+    close(pair[1]);
 }
 
 static void monitor_asks_the_service(void **state)
@@ -357,6 +395,7 @@ int main(void)
         SERVED(a_jog_by_words_is_the_services),
         SERVED(homing_is_the_services_and_lasts_there),
         cmocka_unit_test(warnings_are_said_and_break_no_line),
+        cmocka_unit_test(a_stop_does_not_wait_for_an_answer),
         SERVED(monitor_asks_the_service),
         SERVED(a_jog_that_is_killed_stops),
         SERVED(a_jog_that_hangs_stops),
