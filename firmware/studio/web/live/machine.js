@@ -12,6 +12,11 @@ const mostTakeBytes = 256 * 2 ** 20;
 const loadSeconds = 0.5; // over which a bus load is measured
 const loadMs = 120_000; // planning a long move takes as long as it takes
 
+function planWords({ doing, what, share, seconds }) {
+  const part = share === undefined ? "" : ` ${Math.round(100 * share)} %`;
+  return `The machine is ${doing || "reading"} ${what}${part}, ${seconds.toFixed(0)} s. Stop gives it up.`;
+}
+
 function isPlaying(frame) {
   const moves = ["moving", "holding", "stopping"].includes(frame.state);
   return moves && !frame.jogging && !frame.homing && frame.path > 0 && frame.path < frame.end;
@@ -20,6 +25,7 @@ function isPlaying(frame) {
 export class Machine {
   #before = null; // a frame of half a second ago, for bus loads
   #timers = [];
+  #isLoading = false; // the machine plans what this page has sent
 
   constructor(url, say, WebSocketClass) {
     this.say = say;
@@ -96,10 +102,12 @@ export class Machine {
     return answer;
   }
 
-  // Works for whoever looks, and is never asked about.
+  // Works for whoever looks, and is never asked about.  Gives up what is being planned, too.
   stop() {
     this.jog.release();
-    return this.order("stop");
+    const stopped = this.order("stop");
+    if (this.#isLoading) void this.ask("cancel");
+    return stopped;
   }
 
   async take() {
@@ -114,7 +122,9 @@ export class Machine {
   }
 
   async load(text) {
+    this.#isLoading = true;
     const answer = await this.order("load", { text }, loadMs);
+    this.#isLoading = false;
     if (answer.ok) {
       this.loaded.value = text;
       this.say(
@@ -228,6 +238,7 @@ export class Machine {
         this.say(`Control is given up: ${event.why}`, event.why !== "released");
       }
     }
+    if (event.event === "plan" && this.#isLoading) this.say(planWords(event));
     if (event.event === "homing")
       this.say(event.done ? "Homed." : `Homing failed: ${event.text}`, !event.done);
     if (["warning", "drive", "bus"].includes(event.event)) this.say(`Warning: ${event.text}`, true);
