@@ -14,9 +14,11 @@
 #include "firmware/studio/server/guard.h"
 #include "firmware/studio/server/parts.h"
 
-#define HTTP_HEADERS 2048
-#define HTTP_PIECE   16384
-#define HTTP_NAME    1024
+#define HTTP_HEADERS   2048
+#define HTTP_PIECE     16384
+#define HTTP_NAME      1024
+#define HTTP_ERRAND_US 2000 /* between two looks whether it is done */
+#define HTTP_ERRAND_S  120  /* at most */
 
 #define HTTP_NO_TOKEN                                                          \
     "a token is expected: open the link that slew has printed, "               \
@@ -102,6 +104,7 @@ static int http_headers(struct lws *wsi, const struct http_answer *answer,
 static void http_drop(struct studio_request *request)
 {
     memory_free(request->body);
+    errand_leave(request->errand);
     *request = (struct studio_request){ .body = NULL };
 }
 
@@ -280,11 +283,6 @@ static int http_let_in(const struct studio_server *server, struct lws *wsi,
     return http_give(wsi, request, &answer, "", 0, NULL);
 }
 
-#define HTTP_YAML(text)                                                        \
-    {                                                                          \
-        .status = 200, .type = "text/yaml; charset=utf-8", .tag = (text)       \
-    }
-
 /* --- rig and move --------------------------------------------------------------- */
 
 static const char *http_document(const struct studio_server *server,
@@ -295,16 +293,15 @@ static const char *http_document(const struct studio_server *server,
                                             : NULL;
 }
 
-static int http_read(struct lws *wsi, struct studio_request *request,
-                     const char *path)
+/* The answer comes once it is done. */
+static int http_errand(struct lws *wsi, struct studio_request *request,
+                       struct errand *errand)
 {
-    char tag[DOCUMENT_TAG], *data;
-    const struct http_answer answer = HTTP_YAML(tag);
-    const int64_t length = document_read(path, &data, tag);
-
-    if (length < 0)
-        return http_refuse(wsi, request, 404, NULL, strerror((int)-length));
-    return http_give(wsi, request, &answer, data, (size_t)length, data);
+    request->errand = errand;
+    errand_start(errand);
+    lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, HTTP_ERRAND_S);
+    lws_set_timer_usecs(wsi, HTTP_ERRAND_US);
+    return 0;
 }
 
 static int http_studio(const struct studio_server *server, struct lws *wsi,
@@ -331,18 +328,15 @@ static int http_beside(const struct studio_server *server, struct lws *wsi,
                        struct studio_request *request)
 {
     const struct studio_config *config = server->config;
-    char name[FILES_PATH_MAX], tag[DOCUMENT_TAG], *data;
-    const struct http_answer answer = HTTP_YAML(tag);
+    struct errand *errand = errand_new(ERRAND_BESIDE, config->rig_path);
+    char text[FILES_PATH_MAX];
 
-    const char *asked = lws_get_urlarg_by_name(wsi, "name=", name, sizeof name);
-    const int64_t length =
-        asked == NULL ? -ENOENT
-                      : document_read_beside(asked, config->rig_path,
-                                             config->move_path, &data, tag);
-    if (length < 0)
-        return http_refuse(wsi, request, 404, NULL,
-                           "no file beside the rig or the move has this name");
-    return http_give(wsi, request, &answer, data, (size_t)length, data);
+    const char *asked = lws_get_urlarg_by_name(wsi, "name=", text, sizeof text);
+    if (asked != NULL)
+        snprintf(errand->name, sizeof errand->name, "%s", asked);
+    if (config->move_path != NULL)
+        snprintf(errand->move, sizeof errand->move, "%s", config->move_path);
+    return http_errand(wsi, request, errand);
 }
 
 /* --- takes ------------------------------------------------------------------------ */
@@ -376,23 +370,7 @@ static int http_get_take(const struct studio_server *server, struct lws *wsi,
         !takes_path(http_takes(server), name, path, sizeof path))
         return http_refuse(wsi, request, 404, NULL,
                            "no take can have this name");
-    return http_read(wsi, request, path);
-}
-
-static int http_write_take(const struct studio_server *server, struct lws *wsi,
-                           struct studio_request *request)
-{
-    const struct http_answer written = { .status = 204, .type = "text/plain" };
-    const int err = takes_write(http_takes(server), request->take,
-                                request->body, request->length);
-
-    http_drop(request);
-    if (err == -EEXIST)
-        return http_refuse(wsi, request, 412, NULL,
-                           "there is a take of this name already");
-    if (err < 0)
-        return http_refuse(wsi, request, 500, NULL, strerror(-err));
-    return http_give(wsi, request, &written, "", 0, NULL);
+    return http_errand(wsi, request, errand_new(ERRAND_READ, path));
 }
 
 static int http_get(const struct studio_server *server, struct lws *wsi,
@@ -403,14 +381,14 @@ static int http_get(const struct studio_server *server, struct lws *wsi,
         http_page(strcmp(path, "/") == 0 ? "/index.html" : path);
 
     if (document != NULL)
-        return http_read(wsi, request, document);
+        return http_errand(wsi, request, errand_new(ERRAND_READ, document));
     if (strcmp(path, "/api/studio") == 0)
         return http_studio(server, wsi, request);
     if (strcmp(path, "/api/file") == 0)
         return http_beside(server, wsi, request);
     if (strcmp(path, "/api/takes") == 0)
-        return http_say(wsi, request, 200, NULL,
-                        takes_list(http_takes(server)));
+        return http_errand(wsi, request,
+                           errand_new(ERRAND_TAKES, http_takes(server)));
     if (strcmp(path, "/api/take") == 0)
         return http_get_take(server, wsi, request);
     if (file != NULL)
@@ -472,25 +450,74 @@ static int http_take(struct studio_request *request, const char *in,
     return 0;
 }
 
-static int http_write_document(const struct studio_server *server,
-                               struct lws *wsi, struct studio_request *request)
+static int http_put_errand(const struct studio_server *server, struct lws *wsi,
+                           struct studio_request *request)
 {
     const struct studio_config *config = server->config;
-    const char *path = request->is_rig ? config->rig_path : config->move_path;
-    char tag[DOCUMENT_TAG] = "";
-    const struct http_answer written = { .status = 204,
-                                         .type = "text/plain",
-                                         .tag = tag };
-    const int err =
-        document_write(path, request->body, request->length, request->tag, tag);
+    const bool is_take = request->take[0] != 0;
+    struct errand *errand = errand_new(is_take ? ERRAND_KEEP : ERRAND_WRITE,
+                                       is_take           ? http_takes(server)
+                                       : request->is_rig ? config->rig_path
+                                                         : config->move_path);
 
-    http_drop(request);
+    snprintf(errand->name, sizeof errand->name, "%s", request->take);
+    snprintf(errand->tag, sizeof errand->tag, "%s", request->tag);
+    errand->body = request->body;
+    errand->length = request->length;
+    request->body = NULL;
+    request->length = 0;
+    return http_errand(wsi, request, errand);
+}
+
+/* --- what has come of it --------------------------------------------------------- */
+
+static int http_failure(struct lws *wsi, struct studio_request *request,
+                        const struct errand *errand)
+{
+    const int64_t err = errand->outcome;
+
+    if (err == -EEXIST && errand->kind == ERRAND_KEEP)
+        return http_refuse(wsi, request, 412, NULL,
+                           "there is a take of this name already");
     if (err == -EEXIST)
-        return http_refuse(wsi, request, 412, tag,
+        return http_refuse(wsi, request, 412, errand->tag,
                            "the file on disk has changed since it was read");
-    if (err < 0)
-        return http_refuse(wsi, request, 500, NULL, strerror(-err));
-    return http_give(wsi, request, &written, "", 0, NULL);
+    if (errand->kind == ERRAND_BESIDE)
+        return http_refuse(wsi, request, 404, NULL,
+                           "no file beside the rig or the move has this name");
+    return http_refuse(wsi, request, errand->kind == ERRAND_READ ? 404 : 500,
+                       NULL, files_error((int)err));
+}
+
+static int http_success(struct lws *wsi, struct studio_request *request,
+                        struct errand *errand)
+{
+    const bool reads =
+        errand->kind == ERRAND_READ || errand->kind == ERRAND_BESIDE;
+    const struct http_answer answer = {
+        .status = reads ? 200 : 204,
+        .type = reads ? "text/yaml; charset=utf-8" : "text/plain",
+        .tag = errand->kind == ERRAND_KEEP ? NULL : errand->tag,
+    };
+    char *data = errand->data;
+    cJSON *list = errand->list;
+
+    errand->data = NULL;
+    errand->list = NULL;
+    return list != NULL ? http_say(wsi, request, 200, NULL, list)
+                        : http_give(wsi, request, &answer, reads ? data : "",
+                                    reads ? (size_t)errand->outcome : 0, data);
+}
+
+static int http_errand_over(struct lws *wsi, struct studio_request *request)
+{
+    struct errand *errand = request->errand;
+
+    request->errand = NULL;
+    const int rc = errand->outcome < 0 ? http_failure(wsi, request, errand)
+                                       : http_success(wsi, request, errand);
+    errand_leave(errand);
+    return rc;
 }
 
 /* --- which ------------------------------------------------------------------------ */
@@ -530,12 +557,20 @@ int studio_http(struct lws *wsi, enum lws_callback_reasons reason, void *user,
     case LWS_CALLBACK_HTTP_BODY:
         return http_take(request, in, length);
     case LWS_CALLBACK_HTTP_BODY_COMPLETION:
-        return !request->is_put ? 0
-               : request->take[0] != 0
-                   ? http_write_take(server, wsi, request)
-                   : http_write_document(server, wsi, request);
+        return request->is_put ? http_put_errand(server, wsi, request) : 0;
+    case LWS_CALLBACK_TIMER:
+        if (request == NULL || request->errand == NULL)
+            return 0;
+        if (errand_is_done(request->errand))
+            lws_callback_on_writable(wsi);
+        else
+            lws_set_timer_usecs(wsi, HTTP_ERRAND_US);
+        return 0;
     case LWS_CALLBACK_HTTP_WRITEABLE:
-        return http_write(wsi, request);
+        return request->errand == NULL ? http_write(wsi, request)
+               : errand_is_done(request->errand)
+                   ? http_errand_over(wsi, request)
+                   : 0;
     case LWS_CALLBACK_CLOSED_HTTP:
         if (request != NULL)
             http_drop(request);

@@ -8,8 +8,8 @@
 
 #include "firmware/studio/server/bytes.h"
 #include "firmware/studio/server/document.h"
+#include "firmware/studio/server/errand.h"
 #include "firmware/studio/server/server.h"
-#include "firmware/studio/server/takes.h"
 
 #define STUDIO_CONNECTIONS 16     /* of WebSockets */
 #define STUDIO_LINE_MAX    262144 /* of the service, with its LF */
@@ -25,6 +25,7 @@ struct studio_request {
     char *body; /* of an answer (with `gave`), or what a PUT brings */
     const char *gives;
     size_t length, done, capacity;
+    struct errand *errand; /* that it waits for; NULL: none */
     bool is_put, is_rig;
     bool closes;            /* the connection, once it was answered */
     char tag[DOCUMENT_TAG]; /* If-Match */
