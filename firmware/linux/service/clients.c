@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -17,11 +18,10 @@
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/service/loop.h"
 
-#define CLIENTS_READ     2048 /* bytes of a seat in one look */
-#define CLIENTS_LINES    16   /* lines of a seat in one look */
-#define CLIENTS_KEEP     65536 /* bytes of a buffer that stay for the next line */
-#define CLIENTS_WAIT_MS  50    /* for something to come, and for the end */
-#define CLIENTS_REST_NS  100000 /* between two looks, at least */
+#define CLIENTS_LINES    16     /* lines of a seat in one look */
+#define CLIENTS_WAIT_MS  50     /* for something to come, and for the end */
+#define CLIENTS_REST_NS  100000 /* between two looks, at least, */
+#define CLIENTS_MOST_NS  500000 /* and at most */
 #define CLIENTS_PRIORITY (SERVICE_PRIORITY - 1)
 #define CLIENTS_STACK    262144
 
@@ -56,16 +56,24 @@ static bool clients_is_served(const struct sockaddr_un *address)
 static void clients_make_lock(struct service_clients *clients)
 {
     pthread_mutexattr_t lock;
-    pthread_condattr_t changed;
     (void)pthread_mutexattr_init(&lock);
     (void)pthread_mutexattr_setprotocol(&lock, PTHREAD_PRIO_INHERIT);
     if (pthread_mutex_init(&clients->lock, &lock) != 0)
         (void)pthread_mutex_init(&clients->lock, NULL);
     (void)pthread_mutexattr_destroy(&lock);
-    (void)pthread_condattr_init(&changed);
-    (void)pthread_condattr_setclock(&changed, CLOCK_MONOTONIC);
-    (void)pthread_cond_init(&clients->changed, &changed);
-    (void)pthread_condattr_destroy(&changed);
+}
+
+/* The server's: what the reader does not take for itself. */
+static void clients_make_rooms(struct service_clients *clients)
+{
+    for (unsigned i = 0; i < SERVICE_SPARE; i++) {
+        char *room = clients->spare[i] == NULL ? malloc(SERVICE_ROOM) : NULL;
+        if (room == NULL)
+            continue;
+        (void)pthread_mutex_lock(&clients->lock);
+        clients->spare[i] = room;
+        (void)pthread_mutex_unlock(&clients->lock);
+    }
 }
 
 int service_clients_open(struct service_clients *clients, const char *path,
@@ -77,6 +85,8 @@ int service_clients_open(struct service_clients *clients, const char *path,
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
         clients->client[i].file = -1;
     clients_make_lock(clients);
+    clients->bell = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    clients_make_rooms(clients);
     if (strlen(path) >= sizeof address.sun_path)
         return clients_fail(clients, path,
                             "the name of the socket is too long");
@@ -104,11 +114,7 @@ int service_clients_open(struct service_clients *clients, const char *path,
 static void client_close(struct service_client *client)
 {
     close(client->file);
-    free(client->in);
-    while (client->count > 0) {
-        free(client->queue[client->first++ % SERVICE_QUEUE].text);
-        client->count--;
-    }
+    free(client->room);
     service_client_forget(client);
     service_client_forget(client);
     *client = (struct service_client){ .file = -1 };
@@ -121,9 +127,11 @@ void service_clients_close(struct service_clients *clients, const char *path)
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
         if (clients->client[i].file >= 0)
             client_close(&clients->client[i]);
+    for (unsigned i = 0; i < SERVICE_SPARE; i++)
+        free(clients->spare[i]);
     close(clients->listener);
     (void)unlink(path);
-    (void)pthread_cond_destroy(&clients->changed);
+    close(clients->bell);
     (void)pthread_mutex_destroy(&clients->lock);
 }
 
@@ -175,13 +183,10 @@ static void client_tell(struct service_client *client, const char *text)
 static void client_say(struct service_client *client, const char *error,
                        const char *text)
 {
-    char line[512], id[2 * SERVICE_ID_MAX] = "";
-    cJSON *own = client_is_full(client) || client->scan.id[0] == '\0'
-                     ? NULL
-                     : cJSON_Parse(client->scan.id);
-    if (own != NULL && !cJSON_PrintPreallocated(own, id, sizeof id - 1, false))
-        id[0] = '\0';
-    cJSON_Delete(own);
+    const char *id = client->scan.id;
+    char line[512];
+    if (!service_line_id_is_whole(id))
+        id = "";
     snprintf(line, sizeof line, "{%s%s%s\"ok\":%s%s%s%s%s%s}",
              id[0] != '\0' ? "\"id\":" : "", id, id[0] != '\0' ? "," : "",
              error == NULL ? "true" : "false",
@@ -191,29 +196,25 @@ static void client_say(struct service_client *client, const char *error,
     client_tell(client, line);
 }
 
+/* The line that is in the room behind those that wait is one of them. */
 static void client_queue(struct service_clients *clients,
-                         struct service_client *client, size_t length)
+                         struct service_client *client)
 {
-    const bool fits = client->count < SERVICE_QUEUE &&
-                      client->queued + length <= SERVICE_QUEUE_BYTES;
-    char *text = fits ? malloc(length + 1) : NULL;
-    if (text == NULL) {
+    if (client->spills || client->count == SERVICE_QUEUE) {
         client_say(client, "FULL",
                    "too many requests of this client wait, expected at most "
                    "64 and 262144 bytes; this one was not done");
         return;
     }
-    memcpy(text, client->in, length);
-    text[length] = '\0';
+    client->room[client->used + client->length] = '\0';
     client->queue[(client->first + client->count++) % SERVICE_QUEUE] =
-        (struct service_line){ text, length, clients->mailbox->stops };
-    client->queued += length;
-    clients->woken = true;
+        (struct service_line){ client->length, clients->mailbox->stops };
+    client->used += client->length + 1;
+    clients->rings = true;
 }
 
-/* The first `length` bytes of what came. */
 static void client_line(struct service_clients *clients,
-                        struct service_client *client, size_t length)
+                        struct service_client *client)
 {
     const struct service_line_scan *scan = &client->scan;
     if (service_line_is_stop(scan)) {
@@ -223,9 +224,12 @@ static void client_line(struct service_clients *clients,
     } else if (scan->values > SERVICE_LINE_VALUES) {
         client_say(client, "JSON",
                    "the line has too many values, expected at most 4096");
-    } else if (length > 0 && !(length == 1 && client->in[0] == '\r')) {
-        client_queue(clients, client, length);
+    } else if (scan->any) {
+        client_queue(clients, client);
     }
+    client->scan = (struct service_line_scan){ .depth = 0 };
+    client->length = 0;
+    client->spills = false;
 }
 
 /* Some lines of what came, at most so many.  Each byte is looked at once. */
@@ -233,20 +237,20 @@ static void client_lines(struct service_clients *clients,
                          struct service_client *client)
 {
     for (unsigned lines = 0;
-         lines < CLIENTS_LINES && client->looked < client->in_length;) {
-        const char byte = client->in[client->looked++];
-        if (byte != '\n') {
-            service_line_take(&client->scan, byte);
+         lines < CLIENTS_LINES && client->piece_at < client->piece_length;) {
+        const char byte = client->piece[client->piece_at++];
+        if (byte == '\n') {
+            client_line(clients, client);
+            lines++;
             continue;
         }
-        client_line(clients, client, client->looked - 1);
-        client->in_length -= client->looked;
-        memmove(client->in, client->in + client->looked, client->in_length);
-        client->looked = 0;
-        client->scan = (struct service_line_scan){ .depth = 0 };
-        lines++;
+        service_line_take(&client->scan, byte);
+        client->spills |= client->used + client->length + 1 >= SERVICE_ROOM;
+        if (!client->spills)
+            client->room[client->used + client->length] = byte;
+        client->length++;
     }
-    if (client->looked < SERVICE_LINE_MAX)
+    if (client->length < SERVICE_LINE_MAX)
         return;
     client->scan.id[0] = '\0';
     client_say(client, "line",
@@ -255,42 +259,22 @@ static void client_lines(struct service_clients *clients,
     client->over = true;
 }
 
-static bool client_has_room(struct service_client *client)
-{
-    if (client->in_length + CLIENTS_READ <= client->in_size)
-        return true;
-    const size_t size = 2 * client->in_size + CLIENTS_READ;
-    char *larger = realloc(client->in, size);
-    if (larger == NULL)
-        return false;
-    client->in = larger;
-    client->in_size = size;
-    return true;
-}
-
 static void client_read(struct service_clients *clients,
                         struct service_client *client, short events)
 {
-    if (client->looked == client->in_length && events != 0) {
-        if (client->in_length == 0 && client->in_size > CLIENTS_KEEP) {
-            free(client->in);
-            client->in = NULL;
-            client->in_size = 0;
-        }
-        const ssize_t got =
-            client_has_room(client)
-                ? recv(client->file, client->in + client->in_length,
-                       CLIENTS_READ, MSG_DONTWAIT)
-                : 0;
+    if (client->piece_at == client->piece_length && events != 0) {
+        const ssize_t got = recv(client->file, client->piece,
+                                 sizeof client->piece, MSG_DONTWAIT);
         if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) {
             client->over = true;
             client->out_length = 0; /* nobody is there to take it */
         }
-        client->in_length += got > 0 ? (size_t)got : 0;
+        client->piece_at = 0;
+        client->piece_length = got > 0 ? (size_t)got : 0;
     }
     if (!client->over)
         client_lines(clients, client);
-    clients->woken |= client->over;
+    clients->rings |= client->over;
 }
 
 /* --- the reader: who knocks --- */
@@ -305,22 +289,36 @@ static void clients_refuse(struct service_clients *clients, int file)
     clients->refused++;
 }
 
+/* One seat and a room for it; nobody is let in before the server has made one. */
 static void clients_accept(struct service_clients *clients)
 {
-    const int file =
-        accept4(clients->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    unsigned seat = 0;
-    if (file < 0)
-        return;
+    unsigned seat = 0, spare = 0;
     while (seat < SERVICE_CLIENTS && clients->client[seat].file >= 0)
         seat++;
+    while (spare < SERVICE_SPARE && clients->spare[spare] == NULL)
+        spare++;
+    clients->rings = true;
+    if (seat < SERVICE_CLIENTS && spare == SERVICE_SPARE)
+        return;
+    const int file =
+        accept4(clients->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (file < 0)
+        return;
     if (seat == SERVICE_CLIENTS) {
         clients_refuse(clients, file);
         return;
     }
     clients->client[seat].file = file;
+    clients->client[seat].room = clients->spare[spare];
     clients->client[seat].number = ++clients->count;
-    clients->woken = true;
+    clients->spare[spare] = NULL;
+}
+
+static int64_t clients_now_ns(void)
+{
+    struct timespec now = { 0 };
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
 }
 
 bool service_clients_look(struct service_clients *clients, int timeout_ms)
@@ -332,13 +330,14 @@ bool service_clients_look(struct service_clients *clients, int timeout_ms)
         const struct service_client *client = &clients->client[i];
         look[i] = (struct pollfd){ .fd = client->over ? -1 : client->file,
                                    .events = POLLIN };
-        more |= client->looked < client->in_length;
+        more |= client->piece_at < client->piece_length;
     }
     (void)pthread_mutex_unlock(&clients->lock);
     look[SERVICE_CLIENTS] =
         (struct pollfd){ .fd = clients->listener, .events = POLLIN };
     if (poll(look, SERVICE_CLIENTS + 1, more ? 0 : timeout_ms) < 0)
         return false;
+    clients->busy_ns = clients_now_ns();
     more = false;
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++) {
         struct service_client *client = &clients->client[i];
@@ -353,17 +352,11 @@ bool service_clients_look(struct service_clients *clients, int timeout_ms)
     if (look[SERVICE_CLIENTS].revents != 0)
         clients_accept(clients);
     more |= look[SERVICE_CLIENTS].revents != 0;
-    if (clients->woken)
-        (void)pthread_cond_signal(&clients->changed);
+    if (clients->rings)
+        (void)!write(clients->bell, &(uint64_t){ 1 }, sizeof(uint64_t));
+    clients->rings = false;
     (void)pthread_mutex_unlock(&clients->lock);
     return more;
-}
-
-static int64_t clients_now_ns(void)
-{
-    struct timespec now = { 0 };
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
 }
 
 /* Half of the time is others', whatever clients send. */
@@ -371,12 +364,11 @@ static void *clients_main(void *context)
 {
     struct service_clients *clients = context;
     while (!atomic_load(&clients->ends)) {
-        int64_t rest_ns = clients_now_ns();
         if (!service_clients_look(clients, CLIENTS_WAIT_MS))
             continue;
-        rest_ns = clients_now_ns() - rest_ns;
-        if (rest_ns < CLIENTS_REST_NS)
-            rest_ns = CLIENTS_REST_NS;
+        int64_t rest_ns = clients_now_ns() - clients->busy_ns;
+        rest_ns = rest_ns < CLIENTS_REST_NS ? CLIENTS_REST_NS : rest_ns;
+        rest_ns = rest_ns > CLIENTS_MOST_NS ? CLIENTS_MOST_NS : rest_ns;
         nanosleep(&(struct timespec){ .tv_nsec = rest_ns }, NULL);
     }
     return NULL;
@@ -421,20 +413,14 @@ void service_clients_stop(struct service_clients *clients)
 
 /* --- the server --- */
 
+/* A condition would do, but for the lock that it has inside and whose holder
+ * may be behind everything else. */
 void service_clients_wait(struct service_clients *clients, int timeout_ms)
 {
-    struct timespec until;
-    (void)clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += timeout_ms * 1000000L;
-    until.tv_sec += until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
-    (void)pthread_mutex_lock(&clients->lock);
-    while (!clients->woken && timeout_ms > 0 &&
-           pthread_cond_timedwait(&clients->changed, &clients->lock, &until) ==
-               0)
-        continue;
-    clients->woken = false;
-    (void)pthread_mutex_unlock(&clients->lock);
+    struct pollfd look = { .fd = clients->bell, .events = POLLIN };
+    uint64_t rung;
+    (void)poll(&look, 1, timeout_ms);
+    (void)!read(clients->bell, &rung, sizeof rung);
 }
 
 void service_clients_serve(
@@ -442,6 +428,7 @@ void service_clients_serve(
     void (*came)(void *context, struct service_client *client),
     void (*gone)(void *context, struct service_client *client), void *context)
 {
+    clients_make_rooms(clients);
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++) {
         struct service_client *client = &clients->client[i];
         (void)pthread_mutex_lock(&clients->lock);
@@ -466,32 +453,52 @@ void service_clients_serve(
     }
 }
 
+/* Only the server takes out of a queue, so that what is first stays so. */
+static char *client_take(struct service_clients *clients,
+                         struct service_client *client, uint32_t *stops)
+{
+    (void)pthread_mutex_lock(&clients->lock);
+    const bool any =
+        client->count > 0 && !client->over && !client_is_full(client);
+    const struct service_line line =
+        client->queue[client->first % SERVICE_QUEUE];
+    (void)pthread_mutex_unlock(&clients->lock);
+    char *text = any ? malloc(line.length + 1) : NULL;
+    if (text == NULL)
+        return NULL;
+    *stops = line.stops;
+    (void)pthread_mutex_lock(&clients->lock);
+    memcpy(text, client->room, line.length + 1);
+    client->used -= line.length + 1;
+    memmove(client->room, client->room + line.length + 1,
+            client->used + (client->spills ? 0 : client->length));
+    client->first++;
+    client->count--;
+    (void)pthread_mutex_unlock(&clients->lock);
+    return text;
+}
+
 bool service_client_next(struct service_clients *clients,
                          struct service_client *client)
 {
-    struct service_request_line *to =
-        client->head.line.text == NULL ? &client->head : &client->next;
-    if (to->line.text != NULL)
+    struct service_asked *to =
+        client->head.is_there ? &client->next : &client->head;
+    if (to->is_there)
         return true;
-    (void)pthread_mutex_lock(&clients->lock);
-    if (client->count > 0 && !client->over && !client_is_full(client)) {
-        to->line = client->queue[client->first++ % SERVICE_QUEUE];
-        client->count--;
-        client->queued -= to->line.length;
-    }
-    (void)pthread_mutex_unlock(&clients->lock);
-    if (to->line.text == NULL)
+    char *text = client_take(clients, client, &to->stops);
+    if (text == NULL)
         return false;
-    to->object = cJSON_ParseWithOpts(to->line.text, NULL, true);
+    to->object = cJSON_ParseWithOpts(text, NULL, true);
+    to->is_there = true;
+    free(text);
     return true;
 }
 
 void service_client_forget(struct service_client *client)
 {
     cJSON_Delete(client->head.object);
-    free(client->head.line.text);
     client->head = client->next;
-    client->next = (struct service_request_line){ .object = NULL };
+    client->next = (struct service_asked){ .is_there = false };
 }
 
 void service_client_answer(struct service_clients *clients,

@@ -9,7 +9,8 @@
  *
  * The reader is a thread of its own that does nothing else: whatever the server
  * is about, whatever waits before a stop in its own seat or another, and whether
- * or not its client reads answers, a stop is never behind it.  Nothing waits for
+ * or not its client reads answers, a stop is never behind it.  It takes no memory
+ * and no lock but one that lends its rank to whoever has it.  Nothing waits for
  * a client: of what it does not take, streams and answers to what was refused are
  * left out and counted, and its next requests wait. */
 #ifndef FIRMWARE_LINUX_SERVICE_CLIENTS_H
@@ -27,22 +28,25 @@
 #define SERVICE_CLIENTS     64 /* at one time; others are told so and closed */
 #define SERVICE_LINE_MAX    262144 /* bytes of a line, with its LF */
 #define SERVICE_LINE_VALUES 4096 /* in it, one within another or side by side */
-#define SERVICE_QUEUE       64   /* lines of a seat that wait, */
-#define SERVICE_QUEUE_BYTES SERVICE_LINE_MAX /* and bytes of them */
+#define SERVICE_QUEUE       64   /* lines of a seat that wait */
+#define SERVICE_ROOM        (SERVICE_LINE_MAX + SERVICE_QUEUE) /* for them */
+#define SERVICE_SPARE       4    /* rooms for who comes next */
+#define SERVICE_PIECE       2048 /* bytes that a seat is read at one time */
 #define SERVICE_OUT         65536
 
 struct mailbox;
 
+/* A line that waits in the room of its seat. */
 struct service_line {
-    char *text; /* without its LF, and with a 0; for free() */
-    size_t length;
+    size_t length;  /* without its LF */
     uint32_t stops; /* that were counted before it came */
 };
 
-/* A line that was taken out of the queue, and what it says. */
-struct service_request_line {
-    struct service_line line; /* text NULL: none */
-    cJSON *object;            /* NULL: no JSON */
+/* One that was taken out. */
+struct service_asked {
+    bool is_there;
+    cJSON *object; /* what it says; NULL: no JSON */
+    uint32_t stops;
 };
 
 struct service_client {
@@ -50,34 +54,39 @@ struct service_client {
 
     /* the reader's */
     struct service_line_scan scan;
-    char *in; /* on the heap: the line that is coming, and what is behind it */
-    size_t in_length, in_size, looked;
+    char piece[SERVICE_PIECE]; /* that came, as far as it was not looked at */
+    size_t piece_length, piece_at;
+    size_t length; /* of the line that is coming */
+    bool spills;   /* it does not fit, and is not kept */
 
     /* under the lock */
     int file;  /* -1: nobody */
     bool over; /* to be closed */
     struct service_line queue[SERVICE_QUEUE];
     unsigned first, count;
-    size_t queued; /* bytes */
+    char *room;  /* their texts, each with a 0; then the line that is coming */
+    size_t used; /* by those that wait */
     char out[SERVICE_OUT];
     size_t out_length;
     uint64_t dropped; /* lines to it that did not fit */
 
     /* the server's */
-    bool is_here;                           /* it has been greeted */
-    struct service_request_line head, next; /* the one whose turn it is */
-    char id[SERVICE_ID_MAX];                /* of the head, as JSON; "": none */
-    int64_t stream_ns, stream_due_ns;       /* 0: it has no stream */
+    bool is_here;                     /* it has been greeted */
+    struct service_asked head, next;  /* the one whose turn it is */
+    char id[SERVICE_ID_MAX];          /* of the head, as JSON; "": none */
+    int64_t stream_ns, stream_due_ns; /* 0: it has no stream */
 };
 
 struct service_clients {
     int listener;
     struct mailbox *mailbox; /* where stops are counted */
     pthread_mutex_t lock;
-    pthread_cond_t changed;
-    bool woken;     /* there is something for the server */
+    int bell;   /* an eventfd: there is something for the server */
+    bool rings; /* it is to be told so */
+    char *spare[SERVICE_SPARE];
     uint64_t count; /* ever */
     uint64_t refused;
+    int64_t busy_ns; /* the reader's: it began to read */
     pthread_t thread;
     bool runs;
     _Atomic bool ends;

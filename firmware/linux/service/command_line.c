@@ -162,7 +162,7 @@ static void line_send(const struct command_line *self,
     int err = MOTION_OK;
     (void)pthread_mutex_lock(&clients->lock);
     const bool is_stopped =
-        self->moves && self->client->head.line.stops != loop->mailbox.stops;
+        self->moves && self->client->head.stops != loop->mailbox.stops;
     if (!is_stopped && entry != NULL) {
         err = mailbox_send(&loop->mailbox, entry);
     } else if (!is_stopped) {

@@ -435,7 +435,7 @@ bool service_command(struct service_control *control,
     struct command_line line = { .control = control,
                                  .client = client,
                                  .id = client->id };
-    if (client->head.line.text == NULL &&
+    if (!client->head.is_there &&
         !service_client_next(&control->clients, client))
         return false;
     line.request = client->head.object;

@@ -63,6 +63,7 @@ void service_line_take(struct service_line_scan *scan, char byte)
     }
     if (byte == ' ' || byte == '\t' || byte == '\r')
         return;
+    scan->any = true;
     scan->is_broken |= scan->is_over || (scan->depth == 0 && byte != '{');
     switch (byte) {
     case '"':
@@ -91,6 +92,49 @@ void service_line_take(struct service_line_scan *scan, char byte)
     default:
         line_add(scan, byte);
     }
+}
+
+static bool line_is_number(const char *id)
+{
+    static const char digits[] = "0123456789";
+    const char *at = id + (id[0] == '-');
+    size_t n = strspn(at, digits);
+    if (n == 0 || (n > 1 && at[0] == '0'))
+        return false;
+    at += n;
+    if (at[0] == '.') {
+        n = strspn(at + 1, digits);
+        at += n > 0 ? n + 1 : 0;
+    }
+    if (at[0] == 'e' || at[0] == 'E') {
+        const size_t sign = at[1] == '-' || at[1] == '+';
+        n = strspn(at + 1 + sign, digits);
+        at += n > 0 ? n + 1 + sign : 0;
+    }
+    return at[0] == '\0';
+}
+
+static bool line_is_text(const char *id)
+{
+    static const char hex[] = "0123456789abcdefABCDEF";
+    const char *at = id + 1;
+    if (id[0] != '"')
+        return false;
+    while ((unsigned char)*at >= ' ' && *at != '"') {
+        const bool escapes = *at++ == '\\';
+        if (escapes && *at == 'u' && strspn(at + 1, hex) >= 4)
+            at += 5;
+        else if (escapes && *at != '\0' && strchr("\"\\/bfnrt", *at) != NULL)
+            at++;
+        else if (escapes)
+            return false;
+    }
+    return strcmp(at, "\"") == 0;
+}
+
+bool service_line_id_is_whole(const char *id)
+{
+    return line_is_number(id) || line_is_text(id);
 }
 
 bool service_line_is_stop(const struct service_line_scan *scan)

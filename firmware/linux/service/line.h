@@ -15,6 +15,7 @@
 /* All zero before a line. */
 struct service_line_scan {
     unsigned depth, values; /* of brackets; things in them */
+    bool any;               /* but white space */
     bool in_string, is_escaped;
     bool is_over;   /* the object is closed */
     bool is_broken; /* no object, or something behind it */
@@ -27,6 +28,8 @@ struct service_line_scan {
 
 /* The next byte, which is no LF. */
 void service_line_take(struct service_line_scan *scan, char byte);
+/* Can it stand in an answer as it is: a number or a text as JSON has them? */
+bool service_line_id_is_whole(const char *id);
 /* Of a line that is complete. */
 bool service_line_is_stop(const struct service_line_scan *scan);
 

@@ -561,7 +561,7 @@ static void no_jog_of_a_gamepad_is_refused(void **test)
     assert_true(answered(&client[0]));
 }
 
-static unsigned answers, refusals;
+static unsigned answers, failures, refusals;
 
 static void count_lines(struct client *self)
 {
@@ -581,6 +581,7 @@ static void count_lines(struct client *self)
         if (cJSON_HasObjectItem(object, "ok")) {
             assert_true(cJSON_IsNumber(cJSON_GetObjectItem(object, "id")));
             answers++;
+            failures += error != NULL;
         }
         refusals += error != NULL && strcmp(error, "FULL") == 0;
         cJSON_Delete(object);
@@ -611,6 +612,43 @@ static void what_is_beyond_the_queue_is_refused_at_once(void **test)
     count_lines(&client[0]);
     assert_int_equal(answers, 100);
     assert_int_equal(refusals, 100 - SERVICE_QUEUE);
+}
+
+/* However they are cut, and whatever is taken of those before meanwhile. */
+static void lines_that_come_in_pieces_are_whole(void **test)
+{
+    enum { LINES = 2000 };
+    static char text[LINES * 160];
+    const struct service_client *seat = &bench.control.clients.client[0];
+    size_t length = 0;
+    (void)test;
+    up(rig_text[0], 2);
+    seed_from("pieces");
+    for (unsigned i = 0; i < LINES; i++)
+        length += (size_t)snprintf(
+            text + length, sizeof text - length,
+            "{\"id\":%u,\"x\":\"%.*s\",\"command\":\"renew\"}\n", i,
+            (int)draw_below(90),
+            "0123456789012345678901234567890123456789012345678901234567890123"
+            "45678901234567890123456789");
+    client[0].is_deaf = true; /* here */
+    count_lines(&client[0]);
+    answers = failures = 0;
+    for (size_t sent = 0, piece; sent < length; sent += piece) {
+        piece = 1 + draw_below(700);
+        piece = piece < length - sent ? piece : length - sent;
+        say(&client[0], text + sent, piece);
+        (void)service_clients_look(&bench.control.clients, 0);
+        while (seat->count > draw_below(40))
+            service_control_step(&bench.control, 0);
+        count_lines(&client[0]);
+    }
+    for (unsigned i = 0; i < 100; i++)
+        turn();
+    count_lines(&client[0]);
+    assert_int_equal(answers, LINES);
+    assert_int_equal(failures, 0);
+    assert_int_equal(seat->used, 0);
 }
 
 /* As long as a line may be, with as much in it as can be: the others wait for
@@ -674,6 +712,7 @@ int main(void)
         STOP_TEST(a_stop_is_known_however_it_is_written),
         STOP_TEST(no_jog_of_a_gamepad_is_refused),
         STOP_TEST(what_is_beyond_the_queue_is_refused_at_once),
+        STOP_TEST(lines_that_come_in_pieces_are_whole),
         STOP_TEST(lines_of_many_values_are_refused_unread),
         STOP_TEST(a_stop_is_taken_while_the_service_homes_and_ends),
     };
