@@ -2,6 +2,7 @@
 #include "firmware/linux/service/move.h"
 
 #include <string.h>
+#include <sys/mman.h>
 
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
@@ -13,36 +14,44 @@
 
 /* --- as bytes, from one process to the other: the same order both ways --- */
 
+#define PASS_ALIGN 16 /* of arrays, which are read where they stand */
+
 struct move_pass {
-    FILE *file;
-    bool writes, failed;
-    size_t left;                /* to be read */
-    struct memory_pool *memory; /* of what is read */
+    FILE *file;  /* to be written; NULL: */
+    char *bytes; /* these are read */
+    size_t size, at;
+    bool failed;
 };
 
-static void pass_bytes(struct move_pass *pass, void *at, size_t size)
+static void pass_bytes(struct move_pass *pass, void *object, size_t size)
 {
     if (size == 0 || pass->failed)
         return;
-    if (pass->writes) {
-        pass->failed = fwrite(at, size, 1, pass->file) != 1;
-        return;
-    }
-    pass->failed = size > pass->left || fread(at, size, 1, pass->file) != 1;
-    pass->left -= pass->failed ? pass->left : size;
+    if (pass->file != NULL)
+        pass->failed = fwrite(object, size, 1, pass->file) != 1;
+    else if (size > pass->size - pass->at)
+        pass->failed = true;
+    else
+        memcpy(object, pass->bytes + pass->at, size);
+    pass->at += pass->failed ? 0 : size;
 }
 
-/* The array: that of the one side, or a new one with the same content. */
+/* The array: that of the one side, or where it stands on the other. */
 static void *pass_array(struct move_pass *pass, void *array, uint32_t *count,
                         size_t size)
 {
+    char fill[PASS_ALIGN] = { 0 };
     pass_bytes(pass, count, sizeof *count);
-    if (!pass->writes) {
-        if (pass->failed || *count > pass->left / size)
-            *count = 0;
-        array = memory_pool_new(pass->memory, *count, size);
+    pass_bytes(pass, fill, -pass->at % PASS_ALIGN);
+    if (pass->file != NULL) {
+        pass_bytes(pass, array, *count * size);
+        return array;
     }
-    pass_bytes(pass, array, *count * size);
+    pass->failed |= *count > (pass->size - pass->at) / size;
+    if (pass->failed)
+        *count = 0;
+    array = pass->bytes + pass->at;
+    pass->at += *count * size;
     return array;
 }
 
@@ -202,7 +211,7 @@ void service_move_plan(const struct files *files, const struct rig *rig,
 {
     struct service_move *move = memory_new(1, sizeof *move);
     struct job *job = memory_new(1, sizeof *job);
-    struct move_pass pass = { .file = out, .writes = true };
+    struct move_pass pass = { .file = out };
     move_reserve(move, rig);
     move->facts.status =
         job_open_on(job, files, rig, rig_path, SERVICE_MOVE_NAME, progress);
@@ -249,13 +258,11 @@ static void move_motion(struct service_move *move, const struct rig *rig)
     move->motion.shots = move->facts.has_events ? move->shots : NULL;
 }
 
-struct service_move *service_move_read(FILE *in, size_t size,
+struct service_move *service_move_read(void *bytes, size_t size,
                                        const struct rig *rig, const char *text)
 {
     struct service_move *move = memory_new(1, sizeof *move);
-    struct move_pass pass = { .file = in,
-                              .left = size,
-                              .memory = &move->memory };
+    struct move_pass pass = { .bytes = bytes, .size = size };
     const size_t length = strlen(text) + 1;
     move_reserve(move, rig);
     move_pass(&pass, move, rig);
@@ -263,6 +270,8 @@ struct service_move *service_move_read(FILE *in, size_t size,
         service_move_free(move);
         return NULL;
     }
+    move->bytes = bytes;
+    move->size = size;
     move_motion(move, rig);
     char *copy = memory_pool_new(&move->memory, length, 1);
     memcpy(copy, text, length);
@@ -274,6 +283,10 @@ void service_move_free(struct service_move *move)
 {
     if (move == NULL)
         return;
+    if (move->bytes != NULL)
+        (void)munmap(move->bytes, move->size);
+    if (move->lent != NULL)
+        *move->lent = false;
     memory_pool_free(&move->memory);
     memory_free(move);
 }

@@ -2,7 +2,8 @@
  * tick plays of it, and what clients are told.
  *
  * Made of a job by the process that plans (planner.h), and passed to the service
- * as bytes: no pointer of a job is in it. */
+ * as bytes in memory that both have: no pointer of a job is in it, and nothing of
+ * its size is copied. */
 #ifndef FIRMWARE_LINUX_SERVICE_MOVE_H
 #define FIRMWARE_LINUX_SERVICE_MOVE_H
 
@@ -50,6 +51,9 @@ struct service_move {
     struct service_motion motion, approach;
     const char *file_text;
     struct memory_pool memory;
+    void *bytes; /* a mapping, which tracks, goals, keys and shots are in */
+    size_t size;
+    bool *lent; /* to be cleared as it is free again; NULL: nobody's */
 };
 
 /* Plan and judge what `files` has as SERVICE_MOVE_NAME, and write the move to
@@ -57,9 +61,10 @@ struct service_move {
 void service_move_plan(const struct files *files, const struct rig *rig,
                        const char *rig_path,
                        const struct plan_progress *progress, FILE *out);
-/* The move that was written, `size` bytes of it, for service_move_free; NULL: it
- * is not whole.  `text`: of its file, which is copied. */
-struct service_move *service_move_read(FILE *in, size_t size,
+/* The move that was written, for service_move_free, which unmaps `bytes`, a mapping
+ * that nobody writes any more: what the tick plays is in it.  NULL: it is not whole.
+ * `text`: of its file, which is copied. */
+struct service_move *service_move_read(void *bytes, size_t size,
                                        const struct rig *rig, const char *text);
 void service_move_free(struct service_move *move);
 

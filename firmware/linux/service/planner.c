@@ -26,6 +26,7 @@
 #define PLANNER_MIB     512
 #define PLANNER_LOOK_US 20000 /* between two looks at time and memory */
 #define PLANNER_NICE    5     /* whoever answers clients comes first */
+#define PLANNER_KEPT    4 /* a move that is kept takes a part of its memory */
 
 /* Statuses of a process that planned, beside 0: a move was written. */
 enum { PLANNER_END_TIME = 101, PLANNER_END_MEMORY };
@@ -34,6 +35,7 @@ enum planner_word_kind { PLANNER_PLAN, PLANNER_GIVE_UP, PLANNER_OVER };
 
 struct planner_word {
     uint32_t number; /* of the plan */
+    unsigned slot;   /* where the move goes */
     enum planner_word_kind kind;
     enum service_plan_state state; /* OVER */
 };
@@ -151,7 +153,7 @@ static void planner_bound(const struct service_plan_limit *limit)
                                       .sa_flags = SA_RESTART };
     const struct itimerval every = { { .tv_usec = PLANNER_LOOK_US },
                                      { .tv_usec = PLANNER_LOOK_US } };
-    const rlim_t bytes = (rlim_t)limit->mib << 20;
+    const rlim_t bytes = ((rlim_t)limit->mib << 20) / PLANNER_KEPT;
     const struct rlimit size = { bytes, bytes };
     planner_own.limit = *limit;
     planner_own.until_ns = planner_now_ns() + limit->time_ns;
@@ -160,7 +162,7 @@ static void planner_bound(const struct service_plan_limit *limit)
     (void)setitimer(ITIMER_REAL, &every, NULL);
 }
 
-static void planner_plan(const struct service_planner *planner)
+static void planner_plan(const struct service_planner *planner, int result)
 {
     struct planner_files files = {
         .files = { .open = planner_open,
@@ -173,7 +175,7 @@ static void planner_plan(const struct service_planner *planner)
         .folder = planner->folder,
     };
     const struct plan_progress progress = { planner_tell, planner->page };
-    FILE *out = fdopen(planner->result, "w");
+    FILE *out = fdopen(result, "w");
     planner_yield();
     planner_bound(&planner->limit);
     if (out == NULL)
@@ -228,18 +230,20 @@ static enum service_plan_state planner_wait(int link, int alive, pid_t child)
     return planner_state(status);
 }
 
-static enum service_plan_state planner_fork(struct service_planner *planner)
+static enum service_plan_state planner_fork(struct service_planner *planner,
+                                            unsigned slot)
 {
+    const int result = planner->result[slot % SERVICE_PLAN_MOVES].file;
     const pid_t self = getpid();
     int ends[2];
-    if (ftruncate(planner->result, 0) < 0 ||
-        lseek(planner->result, 0, SEEK_SET) < 0 || pipe(ends) < 0)
+    if (ftruncate(result, 0) < 0 || lseek(result, 0, SEEK_SET) < 0 ||
+        pipe(ends) < 0)
         return SERVICE_PLAN_FAILED;
     const pid_t child = fork();
     if (child == 0) {
         planner_hang_on(self);
         close(ends[0]);
-        planner_plan(planner);
+        planner_plan(planner, result);
     }
     close(ends[1]);
     const enum service_plan_state state =
@@ -269,7 +273,7 @@ static void planner_main(struct service_planner *planner)
     while (recv(planner->link, &word, sizeof word, 0) == (ssize_t)sizeof word) {
         if (word.kind != PLANNER_PLAN)
             continue; /* it was over by itself */
-        word.state = planner_fork(planner);
+        word.state = planner_fork(planner, word.slot);
         word.kind = PLANNER_OVER;
         if (send(planner->link, &word, sizeof word, MSG_NOSIGNAL) < 0)
             break;
@@ -283,12 +287,27 @@ static void planner_close_all(struct service_planner *planner)
 {
     if (planner->page != NULL)
         (void)munmap(planner->page, sizeof *planner->page);
-    if (planner->result >= 0)
-        close(planner->result);
+    for (unsigned i = 0; i < SERVICE_PLAN_MOVES; i++)
+        if (planner->result[i].file >= 0)
+            close(planner->result[i].file);
     if (planner->link >= 0)
         close(planner->link);
     planner->page = NULL;
-    planner->link = planner->result = -1;
+    planner->link = -1;
+}
+
+/* What both have; false: errno says why not. */
+static bool planner_share(struct service_planner *planner)
+{
+    void *page = mmap(NULL, sizeof *planner->page, PROT_READ | PROT_WRITE,
+                      MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    bool shares = page != MAP_FAILED;
+    planner->page = shares ? page : NULL;
+    for (unsigned i = 0; i < SERVICE_PLAN_MOVES; i++) {
+        planner->result[i].file = memfd_create("slew-plan", MFD_CLOEXEC);
+        shares &= planner->result[i].file >= 0;
+    }
+    return shares;
 }
 
 int service_planner_start(struct service_planner *planner,
@@ -305,12 +324,8 @@ int service_planner_start(struct service_planner *planner,
     if (limit->mib == 0)
         planner->limit.mib = PLANNER_MIB;
     disk_folder(rig_path, planner->folder);
-    planner->result = memfd_create("slew-plan", MFD_CLOEXEC);
-    void *page = mmap(NULL, sizeof *planner->page, PROT_READ | PROT_WRITE,
-                      MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    planner->page = page == MAP_FAILED ? NULL : page;
     fflush(NULL);
-    if (planner->result >= 0 && planner->page != NULL &&
+    if (planner_share(planner) &&
         socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0)
         planner->process = fork();
     else
@@ -349,6 +364,7 @@ static bool planner_say(struct service_planner *planner,
                         enum planner_word_kind kind)
 {
     const struct planner_word word = { .number = planner->number,
+                                       .slot = planner->slot,
                                        .kind = kind };
     if (send(planner->link, &word, sizeof word, MSG_NOSIGNAL | MSG_DONTWAIT) ==
         (ssize_t)sizeof word)
@@ -361,8 +377,13 @@ static bool planner_say(struct service_planner *planner,
 bool service_planner_ask(struct service_planner *planner, const char *text)
 {
     const size_t length = strlen(text);
-    if (planner->works || planner->link < 0 || length >= SERVICE_PLAN_FILE)
+    unsigned slot = 0;
+    while (slot < SERVICE_PLAN_MOVES && planner->result[slot].lent)
+        slot++;
+    if (planner->works || planner->link < 0 || length >= SERVICE_PLAN_FILE ||
+        slot == SERVICE_PLAN_MOVES)
         return false;
+    planner->slot = slot;
     memcpy(planner->page->text, text, length + 1);
     planner->page->length = length;
     planner->page->progress = (struct service_plan_progress){ .of = 0 };
@@ -379,21 +400,28 @@ void service_planner_give_up(struct service_planner *planner)
     planner->works = false;
 }
 
-static struct service_move *
-planner_result(const struct service_planner *planner)
+/* What was written is played where it is.  Not where no more memory can be had, or
+ * locked. */
+static enum service_plan_state planner_result(struct service_planner *planner,
+                                              struct service_move **move)
 {
+    const int file = planner->result[planner->slot].file;
+    bool *lent = &planner->result[planner->slot].lent;
     struct stat status;
-    const int copy = dup(planner->result);
-    FILE *in = copy < 0 ? NULL : fdopen(copy, "r");
-    struct service_move *move = NULL;
-    if (in != NULL && fstat(copy, &status) == 0 && fseek(in, 0, SEEK_SET) == 0)
-        move = service_move_read(in, (size_t)status.st_size, planner->rig,
-                                 planner->page->text);
-    if (in != NULL)
-        (void)fclose(in);
-    else if (copy >= 0)
-        close(copy);
-    return move;
+    if (fstat(file, &status) < 0 || status.st_size == 0)
+        return SERVICE_PLAN_FAILED;
+    const size_t size = (size_t)status.st_size;
+    void *bytes = mmap(NULL, size, PROT_READ, MAP_SHARED, file, 0);
+    if (bytes == MAP_FAILED)
+        return SERVICE_PLAN_MEMORY;
+    *move = service_move_read(bytes, size, planner->rig, planner->page->text);
+    if (*move == NULL) {
+        (void)munmap(bytes, size);
+        return SERVICE_PLAN_FAILED;
+    }
+    (*move)->lent = lent;
+    *lent = true;
+    return SERVICE_PLAN_DONE;
 }
 
 enum service_plan_state service_planner_take(struct service_planner *planner,
@@ -413,11 +441,8 @@ enum service_plan_state service_planner_take(struct service_planner *planner,
     planner->works = false;
     if (got == 0)
         return SERVICE_PLAN_FAILED;
-    if (word.state == SERVICE_PLAN_DONE)
-        *move = planner_result(planner);
-    return word.state == SERVICE_PLAN_DONE && *move == NULL
-               ? SERVICE_PLAN_FAILED
-               : word.state;
+    return word.state == SERVICE_PLAN_DONE ? planner_result(planner, move)
+                                           : word.state;
 }
 
 void service_planner_progress(const struct service_planner *planner,

@@ -17,10 +17,12 @@
 #include "firmware/linux/service/move.h"
 
 #define SERVICE_PLAN_FILE 262144
+#define SERVICE_PLAN_MOVES                                                     \
+    3 /* at one time: loaded, before that, and a new one */
 
 struct service_plan_limit {
     int64_t time_ns; /* 0: 60 s */
-    int64_t mib;     /* of memory; 0: 512 */
+    int64_t mib;     /* of memory; 0: 512; of a move that is kept a quarter */
 };
 
 enum service_plan_state {
@@ -44,8 +46,12 @@ struct service_planner {
         folder[FILES_PATH_MAX]; /* of the rig; "": none, nothing can be named */
     struct service_plan_limit limit;
     pid_t process;
-    int link;                       /* to it; -1: there is none any more */
-    int result;                     /* a file in memory that both have */
+    int link; /* to it; -1: there is none any more */
+    struct {
+        int file;  /* in memory, that both have */
+        bool lent; /* a move is in it */
+    } result[SERVICE_PLAN_MOVES];
+    unsigned slot;                  /* of the plan asked for last */
     struct service_plan_page *page; /* memory that both have */
     uint32_t number;                /* of the plan asked for last */
     bool works;
@@ -59,7 +65,7 @@ int service_planner_start(struct service_planner *planner,
 /* Whatever is being planned is given up. */
 void service_planner_end(struct service_planner *planner);
 /* The text of a move file, less than SERVICE_PLAN_FILE bytes, which is copied;
- * false: one is being planned, or there is no planner. */
+ * false: one is being planned, there are SERVICE_PLAN_MOVES, or there is no planner. */
 bool service_planner_ask(struct service_planner *planner, const char *text);
 void service_planner_give_up(struct service_planner *planner);
 /* Once per plan that was not given up: what has become of it; with DONE a move,

@@ -248,6 +248,58 @@ static void a_plan_ends_at_its_memory(void **state)
             "");
 }
 
+/* Its memory is locked with that of the tick. */
+static void a_move_that_is_kept_takes_a_quarter(void **state)
+{
+    static const int64_t mib[] = { 128, 192, 256, 320, 384, 512 };
+    unsigned done = 0;
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(mib); i++) {
+        struct service_move *move;
+        up(&(struct service_plan_limit){ .mib = mib[i] });
+        const enum service_plan_state end = plan(large, &move);
+        if (end == SERVICE_PLAN_DONE)
+            assert_in_range(move->size, 1, mib[i] << 18);
+        else
+            assert_int_equal(end, SERVICE_PLAN_MEMORY);
+        done += end == SERVICE_PLAN_DONE;
+        service_move_free(move);
+        service_planner_end(&bench.planner);
+    }
+    assert_in_range(done, 1, ARRAY_LEN(mib) - 1);
+}
+
+/* The one that is loaded, the one before it, and a new one: none is touched as
+ * another is made, and there is no place for a fourth. */
+static void moves_stay_as_they_are(void **state)
+{
+    struct service_move *move[SERVICE_PLAN_MOVES] = { NULL };
+    char text[120];
+    (void)state;
+    up(&(struct service_plan_limit){ 0 });
+    for (unsigned n = 0; n < 20; n++) {
+        struct service_move **to = &move[n % SERVICE_PLAN_MOVES];
+        if (*to != NULL)
+            assert_false(service_planner_ask(&bench.planner, "axes: 1"));
+        service_move_free(*to);
+        snprintf(text, sizeof text,
+                 "axes: {x: {curve: quintic, keys: [[0, 0], [9, %u], [18, 0]], "
+                 "cycles: "
+                 "{after: repeat, after_count: %u}}}",
+                 100 + n, 1 + n * 13 % 7);
+        assert_int_equal(plan(text, to), SERVICE_PLAN_DONE);
+        for (unsigned i = 0; i < SERVICE_PLAN_MOVES && i <= n; i++) {
+            struct motion_state at = { 0 };
+            const unsigned own = n - (n - i) % SERVICE_PLAN_MOVES;
+            motion_track_state(&move[i]->axis[0].track,
+                               INT64_C(9000000000) * MOTION_FIXED_NS_Q12, &at);
+            assert_int_equal(at.pos_q32 >> 32, 100 + own);
+        }
+    }
+    for (unsigned i = 0; i < SERVICE_PLAN_MOVES; i++)
+        service_move_free(move[i]);
+}
+
 /* Also when it had been over just then: the answer is that to the last text. */
 static void a_plan_is_given_up_at_any_time(void **state)
 {
@@ -410,6 +462,8 @@ int main(void)
         cmocka_unit_test_teardown(a_move_is_that_of_planning_here, down),
         cmocka_unit_test_teardown(a_plan_ends_in_its_time, down),
         cmocka_unit_test_teardown(a_plan_ends_at_its_memory, down),
+        cmocka_unit_test_teardown(a_move_that_is_kept_takes_a_quarter, down),
+        cmocka_unit_test_teardown(moves_stay_as_they_are, down),
         cmocka_unit_test_teardown(a_plan_is_given_up_at_any_time, down),
         cmocka_unit_test_teardown(the_end_does_not_wait_for_a_plan, down),
         cmocka_unit_test_teardown(progress_says_what_is_done, down),
