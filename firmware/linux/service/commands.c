@@ -303,10 +303,12 @@ enum command_flag {
     COMMAND_HELD = 1, /* for who has control alone */
     COMMAND_TICK = 2, /* may go to the tick */
     COMMAND_MOVES =
-        4, /* sets something in motion: a later stop takes it back */
+        4,            /* sets something in motion: a later stop takes it back */
+    COMMAND_SETS = 8, /* says all itself: the last one counts */
 };
 #define COMMAND_HELD_TICK  (COMMAND_HELD | COMMAND_TICK)
 #define COMMAND_HELD_MOVES (COMMAND_HELD | COMMAND_TICK | COMMAND_MOVES)
+#define COMMAND_HELD_SETS  (COMMAND_HELD_TICK | COMMAND_SETS)
 
 static const struct command_row {
     const char *name;
@@ -331,7 +333,7 @@ static const struct command_row {
     { "reset", COMMAND_HELD_TICK, command_reset },
     { "hold", COMMAND_HELD_TICK, command_hold },
     { "loop", COMMAND_HELD_TICK, command_loop },
-    { "override", COMMAND_HELD_TICK, command_override },
+    { "override", COMMAND_HELD_SETS, command_override },
     { "jog stop", COMMAND_HELD_TICK, command_jog_stop },
     { "capture", COMMAND_HELD_TICK, command_capture },
     { "gear", COMMAND_HELD_TICK, command_gear },
@@ -344,7 +346,7 @@ static const struct command_row {
     { "resume", COMMAND_HELD_MOVES, command_resume },
     { "step", COMMAND_HELD_MOVES, command_step },
     { "reverse", COMMAND_HELD_MOVES, command_reverse },
-    { "jog", COMMAND_HELD_MOVES, command_jog },
+    { "jog", COMMAND_HELD_SETS | COMMAND_MOVES, command_jog },
 };
 
 /* An id is a number or a short text, and comes back as it was. */
@@ -391,19 +393,25 @@ static const struct command_row *command_find(const struct command_line *line)
     return NULL;
 }
 
+static bool command_is_set(enum mailbox_command command)
+{
+    return command == MAILBOX_JOG || command == MAILBOX_OVERRIDE;
+}
+
 /* What was sent before it is to be answered first, so that it finds the state
- * that came of that; jogs say all themselves. */
+ * that came of that; what says all itself waits for no other of its kind. */
 static bool command_waits(const struct service_control *control,
                           const struct command_row *row)
 {
-    bool jogs = row->run == command_jog;
+    bool sets = (row->flags & COMMAND_SETS) != 0;
     if ((row->flags & COMMAND_TICK) == 0)
         return false;
     for (unsigned i = 0; i < control->flights; i++)
-        jogs &= control->flight[(control->flight_first + i) % SERVICE_FLIGHTS]
-                    .command == MAILBOX_JOG;
+        sets &= command_is_set(
+            control->flight[(control->flight_first + i) % SERVICE_FLIGHTS]
+                .command);
     return control->jog_stops || control->flights >= SERVICE_FLIGHTS_ASKED ||
-           (control->flights > 0 && !jogs);
+           (control->flights > 0 && !sets);
 }
 
 static const char *command_text(const cJSON *request, const char *name)
@@ -413,13 +421,15 @@ static const char *command_text(const cJSON *request, const char *name)
     return text == NULL ? "" : text;
 }
 
-/* A jog that waits for the tick is of no use any more once there is another of
- * its axis: whoever sends more than a tick takes is not behind for that. */
-static bool command_is_superseded(const struct command_line *line)
+/* One that waits for the tick is of no use any more once there is another of its
+ * axis: whoever sends more than a tick takes is not behind for that. */
+static bool command_is_superseded(const struct command_line *line,
+                                  const struct command_row *row)
 {
     struct service_client *client = line->client;
-    if (!service_client_next(&line->control->clients, client) ||
-        strcmp(command_text(client->next.object, "command"), "jog") != 0 ||
+    if ((row->flags & COMMAND_SETS) == 0 ||
+        !service_client_next(&line->control->clients, client) ||
+        strcmp(command_text(client->next.object, "command"), row->name) != 0 ||
         strcmp(command_text(client->next.object, "axis"),
                command_text(client->head.object, "axis")) != 0)
         return false;
@@ -441,7 +451,7 @@ bool service_command(struct service_control *control,
     line.request = client->head.object;
     const struct command_row *row = command_find(&line);
     const bool waits = row != NULL && command_waits(control, row);
-    if (waits && (row->run != command_jog || !command_is_superseded(&line)))
+    if (waits && !command_is_superseded(&line, row))
         return false;
     if (row != NULL && control->holder == client)
         control->lease_end_ns = control->now_ns + control->lease_ns;

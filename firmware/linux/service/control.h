@@ -4,9 +4,10 @@
  *
  * Runs in a thread that is not real-time.  Clients take turns, a request each.
  * One that goes to the tick waits until what went there before is answered, a
- * tick at most, and only its own client's later ones wait with it; jogs wait for
- * no jogs.  A stop goes beside that, from any client, at once (clients.h), and
- * takes back what was asked for before it and would set something in motion. */
+ * tick at most, and only its own client's later ones wait with it; jogs and
+ * overrides wait for none of each other.  A stop goes beside that, from any client,
+ * at once (clients.h), and takes back what was asked for before it and would set
+ * something in motion. */
 #ifndef FIRMWARE_LINUX_SERVICE_CONTROL_H
 #define FIRMWARE_LINUX_SERVICE_CONTROL_H
 

@@ -540,25 +540,30 @@ static void a_stop_is_known_however_it_is_written(void **test)
 
 /* --- turns --- */
 
-/* A gamepad with four sticks at 60 Hz; and far more than a tick takes, of which
- * the last counts. */
-static void no_jog_of_a_gamepad_is_refused(void **test)
+/* A gamepad with four sticks at 60 Hz, a slider; and far more than a tick takes, of
+ * which the last counts. */
+static void of_more_than_a_tick_takes_the_last_counts(void **test)
 {
-    struct client *self = &client[0];
-    (void)test;
-    up(rig_text[1], 2);
-    for (unsigned i = 0; i < 3000; i++) {
-        ask(self, "\"command\":\"jog\",\"axis\":\"dolly\",\"speed\":20,"
-                  "\"to\":9000");
-        if (i % 30 == 29)
-            tick();
-        else
-            turn();
+    static const char *const members[] = {
+        "\"command\":\"jog\",\"axis\":\"dolly\",\"speed\":20,\"to\":9000",
+        "\"command\":\"override\",\"percent\":80",
+    };
+    for (size_t k = 0; k < ARRAY_LEN(members); k++) {
+        up(rig_text[1], 2);
+        for (unsigned i = 0; i < 3000; i++) {
+            ask(&client[0], members[k]);
+            if (i % 30 == 29)
+                tick();
+            else
+                turn();
+        }
+        assert_true(answered(&client[0]));
+        ask(&client[0], "\"command\":\"status\"");
+        assert_true(answered(&client[0]));
+        if (k == 0)
+            until(CONTROLLER_MOVING);
+        (void)down(test);
     }
-    assert_true(answered(self));
-    until(CONTROLLER_MOVING);
-    ask(&client[0], "\"command\":\"status\"");
-    assert_true(answered(&client[0]));
 }
 
 static unsigned answers, failures, refusals;
@@ -710,7 +715,7 @@ int main(void)
         STOP_TEST(a_stop_takes_back_what_came_before_it),
         STOP_TEST(torque_off_is_not_taken_back),
         STOP_TEST(a_stop_is_known_however_it_is_written),
-        STOP_TEST(no_jog_of_a_gamepad_is_refused),
+        STOP_TEST(of_more_than_a_tick_takes_the_last_counts),
         STOP_TEST(what_is_beyond_the_queue_is_refused_at_once),
         STOP_TEST(lines_that_come_in_pieces_are_whole),
         STOP_TEST(lines_of_many_values_are_refused_unread),
