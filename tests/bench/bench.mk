@@ -195,3 +195,8 @@ bake-bounds: $(call named,bake_bounds) $(call named,speed_law)
 ## wake-ups of slewd beside cyclictest; SECONDS_LONG=20 WINDOWS=6, 0: counts alone
 bench-latency: $(SLEW) $(call named,loop)
 	@$(PYTHON) tests/bench/latency.py $^ $(or $(SECONDS_LONG),20) $(or $(WINDOWS),6)
+
+.PHONY: bench-stop
+## how long a stop takes on this machine's clock, 64 clients; TRIES=1000
+bench-stop: $(SLEW)
+	@$(PYTHON) tests/bench/stop.py $< --tries $(or $(TRIES),1000)
