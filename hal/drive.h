@@ -33,15 +33,27 @@ enum hal_drive_state {
 };
 const char *hal_drive_state_text(enum hal_drive_state state);
 
-/* What the controller requests the drive to be. */
+/* What the controller requests the drive to be.  The two ways to no torque are
+ * those of IEC 61800-5-2 and IEC 60204-1. */
 enum hal_drive_request {
+    /* Safe stop 1, stop category 1: what moves is brought to rest in the
+     * drive's own way, and torque goes when the axis stands.  What has not come
+     * to rest in its time loses it all the same: HAL_DRIVE_STOP_NS of a ramp,
+     * HAL_DRIVE_ROLL_NS after its end */
     HAL_DRIVE_REQUEST_OFF,
     HAL_DRIVE_REQUEST_ENABLE,
     HAL_DRIVE_REQUEST_QUICK_STOP,
     HAL_DRIVE_REQUEST_RESET, /* clear a fault, or look anew for a drive that was
                                 lost; then off, never by itself on.  Nothing
                                 when there is no fault */
+    /* Safe torque off, stop category 0: at once, in motion too.  An OFF that
+     * comes later does not soften it.  A drive that is lost or in fault takes
+     * it for an OFF: its stop is under way */
+    HAL_DRIVE_REQUEST_TORQUE_OFF,
 };
+
+#define HAL_DRIVE_STOP_NS INT64_C(3000000000) /* a ramp to rest, at most */
+#define HAL_DRIVE_ROLL_NS INT64_C(1000000000) /* and the motor behind it */
 
 /* How it moves.  Only the first two take set points. */
 enum hal_drive_mode {
@@ -148,6 +160,14 @@ struct hal_drive_feedback {
     char fault_text[64]; /* why it is in FAULT or OFFLINE, for a person */
 };
 
+/* What a search found before it switched the drive off: one that has torque,
+ * left by a master before or moved by another, is stopped first. */
+struct hal_drive_found {
+    uint32_t count;  /* times that it had torque, since the drive was added */
+    int64_t vel_q32; /* how fast it moved then, of the last one; 0: not known */
+    bool goes_on;    /* it did not come to rest in its time */
+};
+
 struct hal_drive;
 struct motion_track;
 
@@ -236,6 +256,7 @@ struct hal_drive_ops {
      * MOTION_E_STATE while OFFLINE. */
     int (*probe)(struct hal_drive *drive, enum hal_drive_probe probe);
     const struct hal_drive_tracks *tracks;
+    const struct hal_drive_found *(*found)(struct hal_drive *drive);
 };
 
 struct hal_drive {

@@ -91,7 +91,10 @@ controller_enter_fault(struct controller *controller)
             controller->axis[i].sent_count = 0; /* it has left its set point */
     }
     if (controller->reaction != CONTROLLER_REACT_HOLD)
-        controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+        controller_request(controller,
+                           controller->reaction == CONTROLLER_REACT_OFF
+                               ? HAL_DRIVE_REQUEST_TORQUE_OFF
+                               : HAL_DRIVE_REQUEST_OFF);
     controller_enter(controller, CONTROLLER_FAULT);
 }
 

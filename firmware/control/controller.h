@@ -107,7 +107,7 @@ enum controller_reaction {
       "the e-stop input is active")                                            \
     X(CONTROLLER_FAULT_LIMIT_SWITCH, CONTROLLER_REACT_STOP,                    \
       "a limit switch is active")                                              \
-    X(CONTROLLER_FAULT_ENABLE, CONTROLLER_REACT_OFF,                           \
+    X(CONTROLLER_FAULT_ENABLE, CONTROLLER_REACT_STOP,                          \
       "the drive did not enable in time")                                      \
     X(CONTROLLER_FAULT_OVERRUN, CONTROLLER_REACT_STOP, "ticks were lost")      \
     X(CONTROLLER_FAULT_MASTER, CONTROLLER_REACT_STOP,                          \

@@ -319,6 +319,13 @@ static int monitor_probe(struct hal_drive *drive, enum hal_drive_probe probe)
     return hal_drive_probe(monitor_of(drive)->inner, probe);
 }
 
+static const struct hal_drive_found *monitor_found(struct hal_drive *drive)
+{
+    struct hal_drive *inner = monitor_of(drive)->inner;
+
+    return inner->ops->found(inner);
+}
+
 static struct hal_drive_ops monitor_ops(const struct hal_drive_ops *inner)
 {
     return (struct hal_drive_ops){
@@ -331,6 +338,7 @@ static struct hal_drive_ops monitor_ops(const struct hal_drive_ops *inner)
         .home = inner->home != NULL ? monitor_home : NULL,
         .halt = inner->halt != NULL ? monitor_halt : NULL,
         .probe = inner->probe != NULL ? monitor_probe : NULL,
+        .found = inner->found != NULL ? monitor_found : NULL,
     };
 }
 

@@ -30,13 +30,34 @@ const char *warning_unit(enum warning_kind kind, const struct rig_axis *axis)
                                             kind - WARNING_TEMPERATURE));
 }
 
+bool warning_is_of_speed(enum warning_kind kind)
+{
+    return kind == WARNING_FOUND || kind == WARNING_FOUND_GOING;
+}
+
+void warning_amount(const struct warning *warning, const struct rig_axis *axis,
+                    char text[WARNING_TEXT_MAX])
+{
+    const char *unit = warning_unit(warning->kind, axis);
+    char value[NUMBER_MAX], limit[NUMBER_MAX];
+    text[0] = '\0';
+    number_short(limit, warning->limit_q32, 32);
+    if (!warning_is_of_speed(warning->kind)) {
+        number_short(value, warning->value_q32, 32);
+        snprintf(text, WARNING_TEXT_MAX, "%.24s of %.24s %s", value, limit,
+                 unit);
+    } else if (warning->value_q32 != 0) {
+        number_fixed(value, warning->value_q32, 32, 3);
+        snprintf(text, WARNING_TEXT_MAX, "moving at %.24s %s/s", value, unit);
+    }
+}
+
 void warning_text(const struct warning *warning, const struct rig_axis *axis,
                   char text[WARNING_TEXT_MAX])
 {
-    char value[NUMBER_MAX], limit[NUMBER_MAX];
-    number_short(value, warning->value_q32, 32);
-    number_short(limit, warning->limit_q32, 32);
-    snprintf(text, WARNING_TEXT_MAX, "%s: %s, %.24s of %.24s %s", axis->name,
-             warning_words(warning->kind), value, limit,
-             warning_unit(warning->kind, axis));
+    char amount[WARNING_TEXT_MAX];
+    warning_amount(warning, axis, amount);
+    snprintf(text, WARNING_TEXT_MAX, "%s: %s%s%.70s", axis->name,
+             warning_words(warning->kind), amount[0] != '\0' ? ", " : "",
+             amount);
 }

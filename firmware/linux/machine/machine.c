@@ -343,12 +343,19 @@ static void machine_light(struct machine *machine)
             (void)hal_gpio_set(machine->ports.line[i], lit);
 }
 
+const struct hal_drive_found *machine_found(const struct machine *machine,
+                                            unsigned axis)
+{
+    struct hal_drive *drive = machine->axis[axis];
+    return drive->ops->found != NULL ? drive->ops->found(drive) : NULL;
+}
+
 static void machine_warn(struct machine *machine)
 {
     for (unsigned i = 0; i < machine->rig->axis_count; i++)
         machine_warnings_step(&machine->warnings[i], &machine->rig->axis[i],
-                              &machine->controller.axis[i],
-                              machine->monitor[i]);
+                              &machine->controller.axis[i], machine->monitor[i],
+                              machine_found(machine, i));
 }
 
 void machine_tick(struct machine *machine, int64_t now_ns)

@@ -111,6 +111,9 @@ void machine_tick_off(struct machine *machine, int64_t now_ns);
 bool machine_is_off(const struct machine *machine);
 /* One of those that have not is lost: it may come back. */
 bool machine_is_torque_lost(const struct machine *machine);
+/* What the search for the drive of an axis found; NULL: it cannot tell. */
+const struct hal_drive_found *machine_found(const struct machine *machine,
+                                            unsigned axis);
 /* "torque is not confirmed off: DRIVE'S WORDS" of an axis that may have torque;
  * "" of any other. */
 #define MACHINE_TORQUE_MAX 160

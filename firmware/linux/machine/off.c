@@ -77,6 +77,23 @@ static void off_tick(struct off_bus *bus, int64_t timeout_ns)
         bus->phase = OFF_OVER;
 }
 
+/* "torque is off; found enabled: stopped, then torque off, moving at 30 mm/s" */
+static void off_answer_found(const struct off_bus *bus, unsigned i,
+                             struct off_axis *to)
+{
+    const struct hal_drive_found *found = machine_found(&bus->machine, i);
+    const size_t length = strlen(to->text);
+    char amount[WARNING_TEXT_MAX];
+    if (found == NULL || found->count == 0)
+        return;
+    const struct warning warning = machine_warning_found(found);
+    warning_amount(&warning, &bus->rig.axis[i], amount);
+    to->found = true;
+    snprintf(to->text + length, sizeof to->text - length, "; %s%s%s",
+             warning_words(warning.kind), amount[0] != '\0' ? ", " : "",
+             amount);
+}
+
 static void off_answer_axis(const struct off_bus *bus, unsigned i,
                             struct off_axis *to)
 {
@@ -91,6 +108,7 @@ static void off_answer_axis(const struct off_bus *bus, unsigned i,
     to->is_off = to->text[0] == '\0';
     if (to->is_off)
         snprintf(to->text, sizeof to->text, "torque is off");
+    off_answer_found(bus, i, to);
 }
 
 /* Of the axes of the whole rig that are on the bus. */

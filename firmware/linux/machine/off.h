@@ -22,9 +22,8 @@ struct off_config {
                         another program has for OFF_TAKEN_NS at least */
     bool kills;  /* that program is killed, or gone on beside, at once */
     int64_t timeout_ns; /* from there */
-    /* from a process that may have been killed within a transaction: a stop is
-     * said before anything is asked (hal/modbus/line.h) */
-    bool takes_over;
+    bool takes_over; /* from a process that was killed just now, perhaps within
+                           a transaction (hal/linux/libmodbus.h) */
 };
 
 /* A loop that hangs has been killed by its guardian by then (guardian.h), and
@@ -36,7 +35,9 @@ struct off_config {
 struct off_axis {
     bool is_off; /* and the drive has said so */
     enum hal_drive_state state;
-    char text[OFF_TEXT_MAX]; /* "torque is off", or why that is not known */
+    char text[OFF_TEXT_MAX]; /* "torque is off", or why that is not known; and
+                                how it was found, where it had torque */
+    bool found;
 };
 
 /* Fills in `axis`, one per axis of the rig.  Until all are off, in vain for so long, or *interrupts (NULL: none) counts.

@@ -44,6 +44,29 @@ static bool warnings_reading(const struct drive_monitor *monitor,
     return true;
 }
 
+struct warning machine_warning_found(const struct hal_drive_found *found)
+{
+    return (struct warning){
+        .kind = found->goes_on ? WARNING_FOUND_GOING : WARNING_FOUND,
+        .value_q32 = found->vel_q32,
+    };
+}
+
+/* True: it is said now; not while it is being stopped. */
+static bool warnings_found(struct machine_warnings *warnings,
+                           enum hal_drive_state state,
+                           const struct hal_drive_found *found)
+{
+    const uint32_t number = warnings->newest.number + 1;
+    if (found == NULL || found->count == warnings->found ||
+        state == HAL_DRIVE_OFFLINE || state == HAL_DRIVE_QUICK_STOP)
+        return false;
+    warnings->found = found->count;
+    warnings->newest = machine_warning_found(found);
+    warnings->newest.number = number;
+    return true;
+}
+
 /* True: it begins. */
 static bool warnings_take(struct machine_warnings *warnings,
                           enum warning_kind kind,
@@ -66,10 +89,12 @@ static bool warnings_take(struct machine_warnings *warnings,
 void machine_warnings_step(struct machine_warnings *warnings,
                            const struct rig_axis *rig,
                            const struct controller_axis *axis,
-                           const struct drive_monitor *monitor)
+                           const struct drive_monitor *monitor,
+                           const struct hal_drive_found *found)
 {
     const struct warnings_level following = warnings_following(rig, axis);
-    bool begun = warnings_take(warnings, WARNING_FOLLOWING, &following);
+    bool begun = warnings_found(warnings, axis->feedback.state, found) ||
+                 warnings_take(warnings, WARNING_FOLLOWING, &following);
     for (unsigned i = 0; i < HAL_READINGS && monitor != NULL && !begun; i++) {
         struct warnings_level level;
         if (warnings_reading(monitor, (enum hal_reading)i, &level))

@@ -26,17 +26,21 @@ void report_warning_print(const struct report_warnings *warnings,
 {
     for (unsigned i = 0; i < WARNING_KINDS; i++) {
         const enum warning_kind kind = (enum warning_kind)i;
-        char value[NUMBER_MAX], limit[NUMBER_MAX], when[NUMBER_MAX];
+        const struct warning first = {
+            .kind = kind,
+            .value_q32 = warnings->kind[i].value_q32,
+            .limit_q32 = warnings->kind[i].limit_q32,
+        };
+        char amount[WARNING_TEXT_MAX], when[NUMBER_MAX];
         if (warnings->kind[i].count == 0)
             continue;
-        number_short(value, warnings->kind[i].value_q32, 32);
-        number_short(limit, warnings->kind[i].limit_q32, 32);
+        warning_amount(&first, axis, amount);
         number_seconds(when, warnings->kind[i].t_ns * MOTION_FIXED_NS_Q12);
         fprintf(file,
                 "events: %s: %s %" PRIu32
-                " (first %s of %s %s after %s s of the run)\n",
-                axis->name, warning_words(kind), warnings->kind[i].count, value,
-                limit, warning_unit(kind, axis), when);
+                " (first %s%safter %s s of the run)\n",
+                axis->name, warning_words(kind), warnings->kind[i].count,
+                amount, amount[0] != '\0' ? " " : "", when);
     }
 }
 
@@ -51,8 +55,12 @@ void report_warning_json(const struct report_warnings *warnings,
         snprintf(name, sizeof name, "%s_warning", word);
         cJSON *object = cJSON_AddObjectToObject(item, name);
         cJSON_AddNumberToObject(object, "count", warnings->kind[i].count);
-        json_add_fixed(object, word, warnings->kind[i].value_q32, 32);
-        json_add_fixed(object, "limit", warnings->kind[i].limit_q32, 32);
+        if (warning_is_of_speed((enum warning_kind)i)) {
+            json_add_fixed(object, "velocity", warnings->kind[i].value_q32, 32);
+        } else {
+            json_add_fixed(object, word, warnings->kind[i].value_q32, 32);
+            json_add_fixed(object, "limit", warnings->kind[i].limit_q32, 32);
+        }
         cJSON_AddNumberToObject(object, "after_s",
                                 (double)warnings->kind[i].t_ns / 1e9);
     }

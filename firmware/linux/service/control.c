@@ -9,6 +9,7 @@
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/recording/drive_events.h"
+#include "firmware/linux/base/error.h"
 #include "motion/core/err.h"
 
 /* The tick's clock, so that a test's virtual time is that of leases, too. */
@@ -122,9 +123,12 @@ static void control_warning(const struct service_control *control,
     cJSON_AddStringToObject(object, "axis", axis->name);
     cJSON_AddStringToObject(object, "code", warning_word(warning->kind));
     json_add_fixed(object, "value", warning->value_q32, 32);
-    json_add_fixed(object, "limit", warning->limit_q32, 32);
+    if (!warning_is_of_speed(warning->kind))
+        json_add_fixed(object, "limit", warning->limit_q32, 32);
     cJSON_AddStringToObject(object, "unit", warning_unit(warning->kind, axis));
     cJSON_AddStringToObject(object, "text", text);
+    if (warning_is_of_speed(warning->kind)) /* before a client can be there */
+        error_say("slew: warning: %s", text);
 }
 
 static void control_drive(const struct service_control *control,

@@ -35,7 +35,11 @@ static void drive_cia402_request(struct hal_drive *drive,
         drive_cia402_request_reset(self);
         return;
     }
+    if (request == HAL_DRIVE_REQUEST_TORQUE_OFF && latched)
+        request = HAL_DRIVE_REQUEST_OFF;
     if (request == self->request ||
+        (request == HAL_DRIVE_REQUEST_OFF &&
+         self->request == HAL_DRIVE_REQUEST_TORQUE_OFF) ||
         (latched && request != HAL_DRIVE_REQUEST_OFF))
         return;
     if (self->phase == DRIVE_CIA402_RUN &&
@@ -177,6 +181,11 @@ static void drive_cia402_feedback(struct hal_drive *drive,
         feedback->fault_text[i] = self->fault_text[i];
 }
 
+static const struct hal_drive_found *drive_cia402_found(struct hal_drive *drive)
+{
+    return &drive_cia402_of(drive)->found;
+}
+
 const struct hal_drive_ops drive_cia402_ops = {
     .request = drive_cia402_request,
     .set_target = drive_cia402_set_target,
@@ -187,4 +196,5 @@ const struct hal_drive_ops drive_cia402_ops = {
     .home = drive_cia402_home,
     .halt = drive_cia402_halt,
     .probe = drive_cia402_set_probe,
+    .found = drive_cia402_found,
 };

@@ -9,6 +9,10 @@
  * preload 0x607A = 0x6064, NMT start, first TPDO
  * -> HAL_DRIVE_OFF.
  * Enable: 0x06, 0x07, preload again, 0x0F, one state at a time.
+ * Off (request OFF): one that moves is quick-stopped (0x605A), and its torque
+ * goes when it stands by 0x6064, HAL_DRIVE_STOP_NS later at the latest.  So is one
+ * that the search finds with its stage on, before anything else is written;
+ * TORQUE_OFF disables the voltage at once.
  *
  * RPDO1 = 0x6040 u16, 0x607A i32;  TPDO1 = 0x6041 u16, 0x6064 i32; both on
  * every SYNC.  TPDO2 = 0x60FD u32, sent by the drive when a switch changes, if
@@ -45,6 +49,7 @@
 #include "hal/drive.h"
 #include "hal/readings.h"
 #include "hal/support/ratio.h"
+#include "hal/support/standstill.h"
 
 /* Power state, decoded from the statusword. */
 enum cia402_state {
@@ -150,6 +155,9 @@ struct drive_cia402_config {
     uint32_t quick_stop_counts_s2;   /* 0x6085; 0: leave */
     int64_t first_step_max_q32;      /* refuse to enable when target and actual
                                       are further apart; 0: 1 unit */
+    int64_t
+        vel_max_q32; /* unit/s of the axis: a thousandth of it is standing; 0:
+                            by its counts alone */
     enum drive_cia402_stream stream;
     bool stream_given; /* CSP, also where quirks say IP */
     int64_t gain_q16;  /* CSV: speed per following error, 1/s, > 0 */
@@ -271,7 +279,8 @@ struct drive_cia402 {
     uint16_t guard_ms, guard_given_ms;
     uint8_t life_factor;
     int64_t first_step_counts;
-    uint32_t sync_us; /* 0: not a whole number */
+    int64_t near_counts; /* it stands: at most so far from one place */
+    uint32_t sync_us;    /* 0: not a whole number */
     uint16_t heartbeat_ms, watchdog_ms;
     uint8_t interpolation_count;
     int8_t interpolation_exponent;
@@ -343,7 +352,10 @@ struct drive_cia402 {
     int64_t actual_counts; /* followed across the wrap of i32 */
     int64_t actual_ns;     /* SYNC that latched actual; 0: never */
     int64_t actual_vel_q32;
-    int32_t actual_delta_counts; /* in the last period */
+    int32_t actual_delta_counts;      /* in the last period */
+    struct hal_standstill standstill; /* by these, or by SDO in the search */
+    struct hal_drive_found found;
+    bool was_found; /* by this search, with its stage on */
     /* When the target was given that is in the RPDO image, that went out last,
      * and those that were latched at the last three SYNCs, newest first; 0: not
      * by set_target. */

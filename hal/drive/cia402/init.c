@@ -157,6 +157,22 @@ static int init_first_step(struct drive_cia402 *self)
     return MOTION_OK;
 }
 
+/* Two counts, and a thousandth of the axis's speed. */
+static int init_near(struct drive_cia402 *self)
+{
+    const int64_t slow_q32 = self->config.vel_max_q32 / 1000 /
+                             (INT64_C(1000000000) / HAL_STANDSTILL_NS);
+    int64_t counts;
+
+    if (slow_q32 < 0)
+        return MOTION_E_ARG;
+    if (motion_fixed_mulshift(slow_q32, self->to_counts.mantissa,
+                              self->to_counts.shift, &counts) != MOTION_OK)
+        counts = INT32_MAX / 2;
+    self->near_counts = (int64_t)motion_fixed_abs(counts) + 2;
+    return MOTION_OK;
+}
+
 /* Speeds and ramps in the drive's units. */
 static int init_units(struct drive_cia402 *self)
 {
@@ -234,6 +250,8 @@ int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
         err = init_scale(self);
     if (err == MOTION_OK)
         err = init_first_step(self);
+    if (err == MOTION_OK)
+        err = init_near(self);
     if (err == MOTION_OK)
         err = init_units(self);
     if (err == MOTION_OK)

@@ -117,9 +117,15 @@ static int step_compare(struct drive_cia402 *self,
     return MOTION_E_REFUSED;
 }
 
+/* Longer than a stop that CHECK_STANDS waits for. */
 static int64_t step_wait_ns(const struct drive_cia402 *self)
 {
-    return STATES * self->config.state_timeout_ns;
+    const int64_t wait_ns = STATES * self->config.state_timeout_ns;
+
+    return self->list[self->list_at].check == CHECK_STANDS &&
+                   wait_ns < 2 * HAL_DRIVE_STOP_NS
+               ? 2 * HAL_DRIVE_STOP_NS
+               : wait_ns;
 }
 
 static int step_done(struct drive_cia402 *self,
@@ -403,13 +409,18 @@ static bool step_if_quirks(const struct drive_cia402 *self)
     return self->given.quirk_count > 0;
 }
 
+static bool step_if_found(const struct drive_cia402 *self)
+{
+    return self->was_found;
+}
+
 /* From STEP_IF_COUNTED on, a bit each. */
 static bool (*const step_gates[])(const struct drive_cia402 *self) = {
     step_if_counted,    step_if_guarded,  step_if_option, step_if_travel,
     step_if_limits,     step_if_velocity, step_if_torque, step_if_ip,
     step_unless_ip,     step_if_speed,    step_if_valid,  step_if_unsafe,
     step_if_other,      step_if_pdo,      step_if_map,    step_if_quirks,
-    step_if_other_axis, step_if_first,
+    step_if_other_axis, step_if_first,    step_if_found,
 };
 
 static bool step_is_left_out(const struct drive_cia402 *self,

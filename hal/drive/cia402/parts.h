@@ -50,6 +50,7 @@ enum step_need {
 
     STEP_IF_OTHER_AXIS = 1 << 20, /* it is not the device's first */
     STEP_IF_FIRST = 1 << 21,      /* of the node: not for each of its axes */
+    STEP_IF_FOUND = 1 << 22,      /* its stage is on already */
 
     STEP_OR_LEAVE = 1 << 24, /* refused: what it has is judged later */
     STEP_WATCH = 1 << 25, /* needed for its watch; not if it is unsupervised */
@@ -123,6 +124,10 @@ enum drive_cia402_check {
     CHECK_BRAKES,
     CHECK_OFFSET,
     CHECK_HOME,
+    CHECK_STAGE,
+    CHECK_PLACE,
+    CHECK_SPEED,
+    CHECK_STANDS,
 };
 
 struct drive_cia402_step {
@@ -384,6 +389,12 @@ static inline bool drive_cia402_stands(const struct drive_cia402 *self)
 {
     return self->actual_delta_counts <= DRIVE_CIA402_STANDING_COUNTS &&
            self->actual_delta_counts >= -DRIVE_CIA402_STANDING_COUNTS;
+}
+
+/* It has stood for long enough to lose its torque. */
+static inline bool drive_cia402_rests(const struct drive_cia402 *self)
+{
+    return hal_standstill_is(&self->standstill, self->actual_ns);
 }
 
 static inline enum cia402_state

@@ -29,9 +29,18 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     READ(STEP_FOREVER, 0x1000, 0, CHECK_DEVICE),
     /* What the others are says 0x67FF of each (CiA 301 7.5.2.1). */
     READ(STEP_IF_OTHER_AXIS | STEP_IF_THERE, 0x67FF, 0, CHECK_DEVICE),
+    /* One that an earlier master left enabled, or that another moves, ramps down
+     * now and loses its torque when it stands: in pre-operational, where it takes
+     * nobody's PDOs, as those would undo it. */
+    READ(STEP_IF_THERE, 0x6041, 0, CHECK_STAGE),
+    READ(STEP_IF_FOUND | STEP_IF_THERE, 0x6064, 0, CHECK_PLACE),
+    READ(STEP_IF_FOUND | STEP_IF_THERE, 0x6064, 0, CHECK_SPEED),
+    READ(STEP_IF_FOUND | STEP_IF_THERE, 0x605A, 0, CHECK_OPTION),
+    WRITE(STEP_IF_FOUND | STEP_IF_UNSAFE | STEP_OR_LEAVE, 0x605A, 0, 2, 2),
     NMT(CANOPEN_NMT_PRE_OPERATIONAL),
-    /* A drive that an earlier master left enabled ramps down now. */
     WRITE(STEP_NEEDED, 0x6040, 0, 2, 0x02),
+    READ(STEP_IF_FOUND | STEP_IF_THERE, 0x6064, 0, CHECK_STANDS),
+    WRITE(STEP_IF_FOUND, 0x6040, 0, 2, 0x00),
     /* What its maker does otherwise. */
     READ(STEP_IF_QUIRKS | STEP_IF_THERE, 0x1018, 1, CHECK_VENDOR),
     READ(STEP_IF_QUIRKS | STEP_IF_THERE, 0x1018, 2, CHECK_PRODUCT),

@@ -2,6 +2,9 @@
  * do with what they read: two tables. */
 #include "hal/drive/cia402/parts.h"
 
+#include "hal/support/quotient.h"
+#include "motion/core/fixed.h"
+
 #define DEVICE_PROFILE 402
 #define INHIBIT_NS     100000 /* unit of 0x1800:3 */
 #define QUICK_STOP     0x605A
@@ -460,6 +463,60 @@ static int check_brakes(struct drive_cia402 *self, uint32_t value)
     return MOTION_OK;
 }
 
+/* ---- one that is found with its stage on ---- */
+
+#define SPEED_NS                                                               \
+    INT64_C(5000000) /* between two readings of its place, at least */
+
+static int check_stage(struct drive_cia402 *self, uint32_t value)
+{
+    const enum cia402_state power = cia402_state_of((uint16_t)value);
+
+    self->was_found = power == CIA402_OPERATION_ENABLED ||
+                      power == CIA402_QUICK_STOP_ACTIVE ||
+                      power == CIA402_FAULT_REACTION;
+    if (self->was_found) {
+        self->found.count++;
+        self->found.vel_q32 = 0;
+        self->found.goes_on = false;
+    }
+    return MOTION_OK;
+}
+
+static int check_place(struct drive_cia402 *self, uint32_t value)
+{
+    self->actual_counts = (int32_t)value;
+    hal_standstill_begin(&self->standstill, self->actual_counts, self->now_ns);
+    return MOTION_OK;
+}
+
+static int check_speed(struct drive_cia402 *self, uint32_t value)
+{
+    const int32_t delta = (int32_t)(value - (uint32_t)self->actual_counts);
+    const int64_t dt_ns = self->now_ns - self->standstill.since_ns;
+
+    if (dt_ns < SPEED_NS)
+        return MOTION_E_AGAIN;
+    (void)motion_fixed_mulshift(hal_ratio_scale(&self->to_pos, delta),
+                                hal_per_second_q20(dt_ns), 20,
+                                &self->found.vel_q32);
+    return check_place(self, value);
+}
+
+static int check_stands(struct drive_cia402 *self, uint32_t value)
+{
+    const int32_t delta = (int32_t)(value - (uint32_t)self->actual_counts);
+
+    self->actual_counts += delta;
+    hal_standstill_note(&self->standstill, self->actual_counts,
+                        self->near_counts, self->now_ns);
+    if (hal_standstill_is(&self->standstill, self->now_ns))
+        return MOTION_OK;
+    self->found.goes_on =
+        self->now_ns - self->list_since_ns > HAL_DRIVE_STOP_NS;
+    return self->found.goes_on ? MOTION_OK : MOTION_E_AGAIN;
+}
+
 static int check_offset(struct drive_cia402 *self, uint32_t value)
 {
     self->has_offset = value != 0;
@@ -562,4 +619,8 @@ int (*const drive_cia402_checks[])(struct drive_cia402 *self,
     [CHECK_BRAKES] = check_brakes,
     [CHECK_OFFSET] = check_offset,
     [CHECK_HOME] = check_home,
+    [CHECK_STAGE] = check_stage,
+    [CHECK_PLACE] = check_place,
+    [CHECK_SPEED] = check_speed,
+    [CHECK_STANDS] = check_stands,
 };

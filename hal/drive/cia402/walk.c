@@ -85,16 +85,16 @@ bool drive_cia402_is_watched(const struct drive_cia402 *self)
 }
 
 /* Its own ramp begins after ours, and may end after it: torque stays for as
- * long as it brakes.  That may take as long as a step; where nothing is known
- * of it, as long as it may lag. */
+ * long as it brakes.  Where nothing is known of it, for as long as a ramp that
+ * began when it was lost may take, and it may lag. */
 static bool drive_cia402_still_brakes(const struct drive_cia402 *self)
 {
     const int64_t since_ns = self->now_ns - self->walk_since_ns;
 
     if (self->phase == DRIVE_CIA402_LOST)
-        return since_ns <= LAG_NS;
-    return !drive_cia402_stands(self) &&
-           since_ns <= self->config.state_timeout_ns;
+        return since_ns <= LAG_NS ||
+               self->now_ns - self->lost_ns <= HAL_DRIVE_STOP_NS;
+    return !drive_cia402_rests(self) && since_ns <= HAL_DRIVE_STOP_NS;
 }
 
 /* Nothing is known of its state: words that every state obeys. */
@@ -106,14 +106,14 @@ static uint16_t drive_cia402_lost_word(const struct drive_cia402 *self)
                : 0x02;
 }
 
-/* What is latched, or is switched off on its way, may move by itself, and
- * 0x605C may let it coast: 0x605A brakes. */
+/* What is latched may move by itself; what moves when it is to be off, 0x605C may
+ * let coast: 0x605A brakes. */
 static bool drive_cia402_goes_on(const struct drive_cia402 *self)
 {
     return self->phase == DRIVE_CIA402_LATCHED ||
            self->phase == DRIVE_CIA402_RESET ||
            (self->request == HAL_DRIVE_REQUEST_OFF &&
-            !drive_cia402_mode(self)->streams && !drive_cia402_stands(self));
+            !drive_cia402_rests(self));
 }
 
 uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
@@ -123,6 +123,8 @@ uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
 
     if (self->phase == DRIVE_CIA402_LOST)
         return drive_cia402_lost_word(self);
+    if (self->request == HAL_DRIVE_REQUEST_TORQUE_OFF)
+        return 0x00;
     if (self->phase == DRIVE_CIA402_RESET && power == CIA402_FAULT)
         return self->reset_cycles >= RESET_LOW_SYNCS ? RESET_WORD : 0;
     /* Also when it is still enabled from an earlier request: the statusword may
@@ -176,6 +178,7 @@ void drive_cia402_start_anew(struct drive_cia402 *self, int64_t now_ns)
     self->is_live = false;
     self->is_configured = false;
     self->was_latched = false;
+    self->was_found = false;
     drive_cia402_forget_pdo_ids(self);
     self->fault_code = 0;
     self->emcy_code = 0;
@@ -287,6 +290,8 @@ static int64_t drive_cia402_patience_ns(const struct drive_cia402 *self,
         return config->precharge_timeout_ns;
     if (power == CIA402_SWITCHED_ON || power == CIA402_OPERATION_ENABLED)
         return config->brake_timeout_ns;
+    if (power == CIA402_QUICK_STOP_ACTIVE) /* it may brake for so long */
+        return HAL_DRIVE_STOP_NS + config->state_timeout_ns;
     return config->state_timeout_ns;
 }
 

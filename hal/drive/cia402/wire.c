@@ -126,6 +126,8 @@ static void drive_cia402_note_homing(struct drive_cia402 *self, uint32_t counts,
     if ((self->statusword & ~word_before & HOMED) == 0)
         return;
     self->actual_delta_counts = 0;
+    hal_standstill_rest(&self->standstill, self->actual_counts,
+                        self->actual_ns);
     self->actual_vel_q32 = 0;
 }
 
@@ -142,7 +144,10 @@ static void drive_cia402_note_actual(struct drive_cia402 *self, uint32_t counts,
         self->actual_counts = (int32_t)counts;
         self->actual_vel_q32 = 0;
         self->actual_delta_counts = 0;
+        hal_standstill_rest(&self->standstill, self->actual_counts, sync_ns);
     }
+    hal_standstill_note(&self->standstill, self->actual_counts,
+                        self->near_counts, sync_ns);
     self->is_live = true;
     self->actual_ns = sync_ns;
     self->demand_ns = demand_ns;

@@ -10,7 +10,10 @@
 
 #define FAILURES_MAX 3
 #define RETRY_NS     INT64_C(1000000000)
-#define SLOW_CYCLES  16 /* one slow block every so many cycles */
+/* Without a pause: of a line that has just been opened (hal/linux/libmodbus.h),
+ * with a drive on it that may be moving. */
+#define HURRIED_TRIES 3
+#define SLOW_CYCLES   16 /* one slow block every so many cycles */
 
 #define OFF_PAUSE_NS INT64_C(200000000) /* after a failure while LOST */
 
@@ -241,7 +244,10 @@ static void take_identity(struct drive_modbus *self,
         self->identified = true;
         return;
     }
-    self->retry_ns = self->now_ns + RETRY_NS;
+    if (self->identify_tries < HURRIED_TRIES)
+        self->identify_tries++;
+    else
+        self->retry_ns = self->now_ns + RETRY_NS;
     if (reply->err != MOTION_OK && reply->err != MOTION_E_REFUSED) {
         drive_modbus_say(self, motion_err_text(reply->err));
         return;
@@ -421,7 +427,12 @@ static void drive_modbus_request(struct hal_drive *drive,
         drive_modbus_request_reset(self);
         return;
     }
-    if (request == self->request)
+    if (request == HAL_DRIVE_REQUEST_TORQUE_OFF &&
+        self->phase != DRIVE_MODBUS_RUN)
+        request = HAL_DRIVE_REQUEST_OFF;
+    if (request == self->request ||
+        (request == HAL_DRIVE_REQUEST_OFF &&
+         self->request == HAL_DRIVE_REQUEST_TORQUE_OFF))
         return;
     if (self->phase == DRIVE_MODBUS_RUN) {
         self->request = request;
@@ -520,6 +531,11 @@ static void drive_modbus_feedback(struct hal_drive *drive,
     put_text(self, feedback);
 }
 
+static const struct hal_drive_found *drive_modbus_found(struct hal_drive *drive)
+{
+    return &drive_modbus_of(drive)->found;
+}
+
 const struct hal_drive_ops drive_modbus_ops = {
     .request = drive_modbus_request,
     .set_target = drive_modbus_set_target,
@@ -529,4 +545,5 @@ const struct hal_drive_ops drive_modbus_ops = {
     .go = drive_modbus_go,
     .home = drive_modbus_home,
     .halt = drive_modbus_halt,
+    .found = drive_modbus_found,
 };

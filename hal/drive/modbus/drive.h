@@ -1,7 +1,8 @@
 /* hal/drive/modbus/drive.h - a servo on a Modbus line, driven by a register
  * map.
  *
- *   START   look for it (once a second), identify, init, disable, first polls
+ *   START   look for it (once a second), identify, poll it; stop, init, stop,
+ *           disable; its parameters
  *   RUN     walks to what is requested by the map's sequences, polls, streams
  *   LATCHED a fault; its torque is taken off, then waits for a reset
  *   RESET   the map's reset sequence
@@ -28,9 +29,11 @@
  * it has torque, before it is disabled.  Where `stop` writes what `disable`
  * writes, it is not sent again to one that is not heard.
  *
- * Request OFF takes torque off at once (stop category 0), but for an axis that
- * moves by the drive's own profile, or brakes by its quick stop: that comes to
- * rest first, within the map's time.
+ * Request OFF writes `stop` to a drive that moves, streamed or by its own profile,
+ * and `disable` once it stands: by `moving`, within the map's time, and by its
+ * positions, HAL_DRIVE_ROLL_NS later at the latest.  The search does the same with
+ * a drive that has torque, or moves and cannot say: before `init`, and after it
+ * where it was refused without.  TORQUE_OFF writes `disable` at once.
  *
  * A Modbus servo has ramps of its own and no common clock, so a set point
  * cannot say "be here now".  Streamed, it says "be on your way to rest there,
@@ -105,6 +108,7 @@
 #include "hal/modbus/map.h"
 #include "hal/readings.h"
 #include "hal/support/ratio.h"
+#include "hal/support/standstill.h"
 #include "hal/support/text.h"
 
 #define DRIVE_MODBUS_HISTORY 64 /* set points kept to judge following */
@@ -137,9 +141,6 @@ struct drive_modbus_parameter {
 struct drive_modbus_config {
     const struct modbus_map *map; /* outlives the drive */
     uint8_t unit;                 /* 1..247; 255 on TCP */
-    /* from a process that may have been killed: it was this drive that it moved, and
-     * `stop` is the first thing that it hears, then `disable` */
-    bool takes_over;
     /* one unit = counts_num / counts_den counts; num != 0 (negative: reversed),
      * den > 0 */
     int64_t counts_num, counts_den;
@@ -234,7 +235,9 @@ struct drive_modbus {
     enum hal_drive_state state;
     int64_t now_ns, retry_ns;
     struct drive_modbus_run run;
-    uint8_t start_at; /* init, stop if it was lost with torque, disable */
+    uint8_t start_at; /* of what START goes through */
+    bool stops_found; /* it is found with torque */
+    struct hal_drive_found found;
     enum drive_modbus_off off;
     bool off_heard;  /* every write of this sequence was confirmed */
     bool stop_heard; /* none of the writes of `stop` went unanswered */
@@ -245,6 +248,7 @@ struct drive_modbus {
     int64_t stop_ns;      /* from full speed to rest, and a margin */
     bool is_reached;      /* what is requested */
     bool identified, identify_requested;
+    uint8_t identify_tries;
     unsigned parameter_at; /* twice: written, then read back */
     unsigned parameter_tries;
     bool parameter_requested;
@@ -261,6 +265,9 @@ struct drive_modbus {
     uint64_t polls, streams; /* good ones */
 
     int64_t actual_counts, actual_ns; /* 0: never */
+    int64_t first_ns;    /* of the first of these since the search began */
+    int64_t near_counts; /* it stands: at most so far from one place */
+    struct hal_standstill standstill;
     int64_t actual_vel_q32;
     bool jumped; /* the last position was left out */
 

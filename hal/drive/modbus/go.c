@@ -4,6 +4,7 @@
 
 #include "hal/drive/modbus/parts.h"
 #include "hal/support/container_of.h"
+#include "hal/support/quotient.h"
 #include "motion/core/fixed.h"
 
 #define STAND_NS    INT64_C(5000000000) /* short of its target, before a fault */
@@ -97,19 +98,12 @@ int drive_modbus_set_mode(struct hal_drive *drive, enum hal_drive_mode mode)
 
 /* ---- ramps ---- */
 
-/* num / den to nearest, both positive, bit by bit: nothing here divides. */
+/* num / den to nearest, both positive. */
 static int64_t go_over(int64_t num, int64_t den)
 {
-    uint64_t rest = 0, quotient = 0;
+    uint64_t rest;
+    const uint64_t quotient = hal_quotient((uint64_t)num, (uint64_t)den, &rest);
 
-    for (unsigned bit = 63; bit-- > 0;) {
-        rest = rest << 1 | ((uint64_t)num >> bit & 1);
-        quotient <<= 1;
-        if (rest >= (uint64_t)den) {
-            rest -= (uint64_t)den;
-            quotient |= 1;
-        }
-    }
     return (int64_t)(rest >= (uint64_t)den - rest ? quotient + 1 : quotient);
 }
 

@@ -142,7 +142,8 @@ static void init_times(struct drive_modbus *self)
     self->past_step_ns = cycle_ns / PAST_PER_STEP;
 }
 
-/* How far a motor can have got, per ns in 2^-48 counts; and the first step. */
+/* How far a motor can have got, per ns in 2^-48 counts; the first step; and what is
+ * standing: two counts, and a thousandth of the speed. */
 static int init_bounds(struct drive_modbus *self)
 {
     const struct drive_modbus_config *config = &self->config;
@@ -158,6 +159,8 @@ static int init_bounds(struct drive_modbus *self)
                             &self->jump_q16) < 0)
         return MOTION_E_RANGE;
     self->first_step_counts = step > 0 ? step : 1;
+    self->near_counts = 2 + (vel_q16 >> 16) / (JUMP_FACTOR * 1000) /
+                                (NS_PER_S / HAL_STANDSTILL_NS);
     return MOTION_OK;
 }
 
@@ -234,7 +237,5 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     self->node.ops = &drive_modbus_node_ops;
     self->node.unit = config->unit;
     drive_modbus_start(self);
-    if (config->takes_over)
-        drive_modbus_take_over(self);
     return modbus_bus_add(bus, &self->node);
 }

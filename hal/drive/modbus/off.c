@@ -14,6 +14,23 @@ bool drive_modbus_has_torque(const struct drive_modbus *self, bool unknown)
         drive_modbus_status(self, MODBUS_STATUS_enabled, unknown));
 }
 
+bool drive_modbus_rests(const struct drive_modbus *self)
+{
+    return !drive_modbus_status(self, MODBUS_STATUS_moving, false) &&
+           hal_standstill_is(&self->standstill, self->actual_ns);
+}
+
+static bool off_is_polled(const struct drive_modbus *self)
+{
+    return self->fresh == (1u << self->fast_count) - 1;
+}
+
+bool drive_modbus_needs_stop(const struct drive_modbus *self)
+{
+    return off_is_polled(self) &&
+           drive_modbus_has_torque(self, !drive_modbus_rests(self));
+}
+
 static void off_enter(struct drive_modbus *self, enum drive_modbus_off off)
 {
     self->off = off;
@@ -23,13 +40,10 @@ static void off_enter(struct drive_modbus *self, enum drive_modbus_off off)
                                      : MODBUS_SEQUENCE_disable);
 }
 
-/* By its last polls.  To a drive without torque `stop` is not written: it may
- * be what gives it some. */
+/* By its last polls. */
 static bool off_is_idle(const struct drive_modbus *self)
 {
-    const unsigned all = (1u << self->fast_count) - 1;
-
-    return self->failures == 0 && self->fresh == all &&
+    return self->failures == 0 && off_is_polled(self) &&
            !drive_modbus_has_torque(self, true);
 }
 
@@ -180,7 +194,8 @@ void drive_modbus_off_step(struct drive_modbus *self)
         if (off_is_over(self, step))
             drive_modbus_run_next(self);
     } else if (self->off == DRIVE_MODBUS_OFF_STOP) {
-        off_enter(self, DRIVE_MODBUS_OFF_DISABLE);
+        if (self->failures > 0 || !drive_modbus_run_rolls(self))
+            off_enter(self, DRIVE_MODBUS_OFF_DISABLE);
     } else if (self->off == DRIVE_MODBUS_OFF_DISABLE) {
         self->off = DRIVE_MODBUS_OFF_CONFIRM;
         self->run.since_ns = self->now_ns;

@@ -7,7 +7,7 @@
 
 #define DRIVE_MODBUS_FRESH      2 /* cycles before a status may be believed */
 #define DRIVE_MODBUS_STEP_TRIES 3 /* of a write */
-#define DRIVE_MODBUS_STARTS     3 /* sequences before the parameters */
+#define DRIVE_MODBUS_STARTS     4 /* sequences before the parameters */
 
 extern const struct hal_drive_ops drive_modbus_ops;
 extern const struct modbus_node_ops drive_modbus_node_ops;
@@ -20,8 +20,6 @@ void drive_modbus_walk(struct drive_modbus *self);
 void drive_modbus_pursue(struct drive_modbus *self);
 /* Look for the drive from the beginning. */
 void drive_modbus_start(struct drive_modbus *self);
-/* After that, and before anything was said. */
-void drive_modbus_take_over(struct drive_modbus *self);
 /* fault_text begins anew; more may be put to what is returned. */
 struct hal_text drive_modbus_say(struct drive_modbus *self, const char *words);
 /* The alarm as polled, if there is one. */
@@ -61,6 +59,9 @@ void drive_modbus_run_next(struct drive_modbus *self);
 bool drive_modbus_runs(const struct drive_modbus *self,
                        enum modbus_map_sequence_name name);
 int drive_modbus_run_step(struct drive_modbus *self);
+/* The steps of its `stop` are done, and its polls do not show yet that it stands:
+ * within HAL_DRIVE_ROLL_NS. */
+bool drive_modbus_run_rolls(const struct drive_modbus *self);
 
 /* ---- off.c: torque off, in LATCHED and LOST ---- */
 
@@ -75,6 +76,11 @@ void drive_modbus_off_reply(struct drive_modbus *self,
 void drive_modbus_off_heard(struct drive_modbus *self);
 /* Does the drive say that it has torque?  `unknown` when it cannot. */
 bool drive_modbus_has_torque(const struct drive_modbus *self, bool unknown);
+/* It stands, by its status and by its positions. */
+bool drive_modbus_rests(const struct drive_modbus *self);
+/* By its polls since the search began it has torque, or moves and cannot say.  To
+ * any other `stop` is not written: it may be what gives it some. */
+bool drive_modbus_needs_stop(const struct drive_modbus *self);
 
 /* ---- parameter.c: written at start-up, and read back ---- */
 

@@ -93,7 +93,9 @@ void drive_modbus_run_reply(struct drive_modbus *self,
 
     if (!self->run.requested || drive_modbus_run_at(self) == NULL)
         return; /* of a sequence that was broken off */
-    if (drive_modbus_is_down(self)) {
+    if (drive_modbus_is_down(self) ||
+        (self->phase == DRIVE_MODBUS_START &&
+         drive_modbus_runs(self, MODBUS_SEQUENCE_stop))) {
         drive_modbus_off_reply(self, reply);
         return;
     }
@@ -150,12 +152,21 @@ static int run_until(struct drive_modbus *self,
     return MOTION_E_TIMEOUT;
 }
 
+bool drive_modbus_run_rolls(const struct drive_modbus *self)
+{
+    return (self->cycles < DRIVE_MODBUS_FRESH || !drive_modbus_rests(self)) &&
+           self->now_ns - self->run.since_ns <= HAL_DRIVE_ROLL_NS;
+}
+
 int drive_modbus_run_step(struct drive_modbus *self)
 {
     const struct modbus_map_step *step = drive_modbus_run_at(self);
 
     if (step == NULL)
-        return MOTION_OK;
+        return drive_modbus_runs(self, MODBUS_SEQUENCE_stop) &&
+                       drive_modbus_run_rolls(self)
+                   ? MOTION_E_AGAIN
+                   : MOTION_OK;
     switch (step->kind) {
     case MODBUS_STEP_WRITE:
     case MODBUS_STEP_CHECK:

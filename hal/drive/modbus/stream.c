@@ -2,6 +2,7 @@
  */
 #include "hal/drive/modbus/parts.h"
 
+#include "hal/support/quotient.h"
 #include "motion/core/fixed.h"
 
 #define PAST_MASK (DRIVE_MODBUS_HISTORY - 1)
@@ -209,23 +210,6 @@ void drive_modbus_put_move(struct drive_modbus *self,
 
 /* ---- positions ---- */
 
-/* 2^20 * 1 s / dt, dt 1 us .. 1 s: bit by bit, as nothing here divides. */
-static int64_t stream_rate_q20(int64_t dt_ns)
-{
-    const uint64_t num = UINT64_C(1000000000) << 20; /* < 2^50 */
-    uint64_t rest = 0, quotient = 0;
-
-    for (unsigned bit = 50; bit-- > 0;) {
-        rest = rest << 1 | (num >> bit & 1);
-        quotient <<= 1;
-        if (rest >= (uint64_t)dt_ns) {
-            rest -= (uint64_t)dt_ns;
-            quotient |= 1;
-        }
-    }
-    return (int64_t)quotient;
-}
-
 /* The first one, or the same one asked for twice, has no speed. */
 static void stream_note_speed(struct drive_modbus *self, int64_t delta,
                               int64_t dt_ns)
@@ -234,7 +218,7 @@ static void stream_note_speed(struct drive_modbus *self, int64_t delta,
 
     if (dt_ns < 1000 || dt_ns > 1000000000)
         return;
-    self->actual_vel_q32 = stream_mul(delta_q32, stream_rate_q20(dt_ns), 20);
+    self->actual_vel_q32 = stream_mul(delta_q32, hal_per_second_q20(dt_ns), 20);
 }
 
 static bool stream_can_have(const struct drive_modbus *self, int64_t delta,
@@ -264,6 +248,8 @@ void drive_modbus_note_position(struct drive_modbus *self, int64_t counts,
     if (self->actual_ns == 0) {
         self->actual_counts = counts;
         self->actual_vel_q32 = 0;
+        hal_standstill_begin(&self->standstill, counts, t_ns);
+        self->first_ns = t_ns;
     } else if (self->homing == HAL_DRIVE_HOMING_RUNNING) {
         self->actual_counts =
             counts; /* counts from somewhere else at its end */
@@ -275,6 +261,8 @@ void drive_modbus_note_position(struct drive_modbus *self, int64_t counts,
         stream_note_speed(self, delta, dt_ns);
         self->actual_counts += delta;
     }
+    hal_standstill_note(&self->standstill, self->actual_counts,
+                        self->near_counts, t_ns);
     self->jumped = false;
     self->actual_ns = t_ns;
 }

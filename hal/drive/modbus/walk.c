@@ -5,10 +5,12 @@
 
 #define RESET_CYCLES 100 /* for a fault to be gone */
 
-/* What START goes through, after the identification. */
+/* What START goes through, after the identification.  Only a drive that needs it
+ * is stopped, and again after `init`, without which some do not obey. */
 static const uint8_t walk_start[DRIVE_MODBUS_STARTS] = {
+    MODBUS_SEQUENCE_stop,
     MODBUS_SEQUENCE_init,
-    MODBUS_SEQUENCE_stop, /* only of a drive that was lost with torque */
+    MODBUS_SEQUENCE_stop,
     MODBUS_SEQUENCE_disable,
 };
 
@@ -66,8 +68,9 @@ bool drive_modbus_is_down(const struct drive_modbus *self)
 static void walk_down(struct drive_modbus *self, enum drive_modbus_phase phase,
                       enum hal_drive_state state)
 {
-    const bool idle =
-        self->phase == DRIVE_MODBUS_START && self->off == DRIVE_MODBUS_OFF_DONE;
+    const bool idle = self->phase == DRIVE_MODBUS_START &&
+                      self->off == DRIVE_MODBUS_OFF_DONE &&
+                      !drive_modbus_needs_stop(self);
 
     self->phase = phase;
     self->state = state;
@@ -113,8 +116,11 @@ void drive_modbus_start(struct drive_modbus *self)
     self->homing = HAL_DRIVE_HOMING_NONE;
     self->zero_q32 = 0;
     self->start_at = 0;
+    self->stops_found = false;
+    self->cycles = 0;
     self->identified = self->config.map->identify.item == MODBUS_MAP_NO_ITEM;
     self->identify_requested = false;
+    self->identify_tries = 0;
     self->parameter_at = 0;
     self->parameter_tries = 0;
     self->parameter_requested = false;
@@ -125,13 +131,6 @@ void drive_modbus_start(struct drive_modbus *self)
     self->jumped = false;
     self->fault_code = 0;
     self->fault_text[0] = '\0';
-}
-
-void drive_modbus_take_over(struct drive_modbus *self)
-{
-    self->identified = true;
-    self->start_at = DRIVE_MODBUS_STARTS - 2;
-    self->off = DRIVE_MODBUS_OFF_STOP; /* it may be moving */
 }
 
 void drive_modbus_pursue(struct drive_modbus *self)
@@ -146,11 +145,14 @@ void drive_modbus_pursue(struct drive_modbus *self)
                                        HAL_DRIVE_ENABLING },
         [HAL_DRIVE_REQUEST_QUICK_STOP] = { MODBUS_SEQUENCE_stop,
                                            HAL_DRIVE_QUICK_STOP },
+        [HAL_DRIVE_REQUEST_TORQUE_OFF] = { MODBUS_SEQUENCE_disable,
+                                           HAL_DRIVE_QUICK_STOP },
     };
 
     const bool off = self->request == HAL_DRIVE_REQUEST_OFF;
     const bool brakes = off && drive_modbus_runs(self, MODBUS_SEQUENCE_stop);
-    const bool goes = off && drive_modbus_goes(self);
+    const bool goes =
+        off && (drive_modbus_goes(self) || !drive_modbus_rests(self));
 
     self->is_reached = false;
     self->target_ns = 0;
@@ -174,14 +176,68 @@ static void walk_off(struct drive_modbus *self)
     self->fault_text[0] = '\0';
 }
 
+static void walk_note_found(struct drive_modbus *self)
+{
+    if (self->stops_found)
+        return;
+    self->stops_found = true;
+    self->found.count++;
+    self->found.vel_q32 = self->actual_vel_q32;
+    self->found.goes_on = false;
+}
+
+/* False: it needs none, or has obeyed the one before `init`. */
+static bool walk_start_stops(struct drive_modbus *self)
+{
+    if (!drive_modbus_needs_stop(self) ||
+        (self->stops_found && self->off_heard && drive_modbus_rests(self)))
+        return false;
+    walk_note_found(self);
+    self->off_heard = true;
+    return true;
+}
+
+/* How it is now, its polls say; of one that cannot say that it has torque, once
+ * they say whether it stands. */
+static bool walk_start_is_polled(const struct drive_modbus *self)
+{
+    return self->cycles >= DRIVE_MODBUS_FRESH &&
+           (drive_modbus_has_torque(self, false) ||
+            self->actual_ns - self->first_ns >= HAL_STANDSTILL_NS);
+}
+
 static void walk_start_begin(struct drive_modbus *self)
 {
     const uint8_t name = walk_start[self->start_at];
+    const bool stop = name == MODBUS_SEQUENCE_stop;
 
-    if (name == MODBUS_SEQUENCE_stop && self->off == DRIVE_MODBUS_OFF_DONE)
+    if (stop && (self->start_at == 0 || self->stops_found) &&
+        !walk_start_is_polled(self))
+        return;
+    if (stop && !walk_start_stops(self))
         self->start_at++;
     else
         drive_modbus_run_begin(self, name);
+}
+
+/* A stop that was refused is tried again after `init`. */
+static void walk_start_run(struct drive_modbus *self)
+{
+    const bool stop = drive_modbus_runs(self, MODBUS_SEQUENCE_stop);
+    const int err = stop && self->start_at == 0 && !self->off_heard
+                        ? MOTION_OK
+                        : drive_modbus_run_step(self);
+
+    if (err == MOTION_E_AGAIN)
+        return;
+    if (stop)
+        self->found.goes_on = !drive_modbus_rests(self);
+    if (err == MOTION_OK || stop) {
+        self->run.sequence = NULL;
+        self->start_at++;
+    } else {
+        drive_modbus_latch(self);
+    }
 }
 
 static void walk_start_step(struct drive_modbus *self)
@@ -191,16 +247,7 @@ static void walk_start_step(struct drive_modbus *self)
     if (!self->identified)
         return; /* the reply goes on */
     if (self->run.sequence != NULL) {
-        const int err = drive_modbus_run_step(self);
-
-        if (err == MOTION_OK ||
-            (err != MOTION_E_AGAIN &&
-             drive_modbus_runs(self, MODBUS_SEQUENCE_stop))) {
-            self->run.sequence = NULL;
-            self->start_at++;
-        } else if (err != MOTION_E_AGAIN) {
-            drive_modbus_latch(self);
-        }
+        walk_start_run(self);
     } else if (self->start_at < DRIVE_MODBUS_STARTS) {
         walk_start_begin(self);
     } else if (drive_modbus_parameters_done(self) && self->fresh == all &&
@@ -231,7 +278,7 @@ static void walk_reached(struct drive_modbus *self)
     self->run.sequence = NULL;
     if (self->request == HAL_DRIVE_REQUEST_ENABLE)
         walk_enabled(self);
-    else if (self->request == HAL_DRIVE_REQUEST_OFF)
+    else if (self->request != HAL_DRIVE_REQUEST_QUICK_STOP)
         self->state = HAL_DRIVE_OFF;
 }
 

@@ -3,18 +3,15 @@
 #include "hal/drive/slew_mcu/parts.h"
 
 #include "hal/support/container_of.h"
+#include "hal/support/quotient.h"
 #include "hal/support/text.h"
 #include "motion/core/fixed.h"
 
 #define BOARD_FAILURES   3
 #define BOARD_RETRY_NS   INT64_C(1000000000)
-#define BOARD_SECOND     UINT64_C(1000000000)
 #define BOARD_AXIS_SHIFT 4 /* a cookie is a job, and what it is about */
-/* By two numbers, of which one at least is not that of its last command. */
-#define BOARD_BLIND 2
 
 enum board_job {
-    BOARD_JOB_BLIND,
     BOARD_JOB_IDENTITY,
     BOARD_JOB_STATE,
     BOARD_JOB_AXIS,
@@ -262,13 +259,6 @@ static enum board_job board_request(struct drive_slew_mcu_board *board,
                                     struct hal_modbus_request *request,
                                     uint16_t *about)
 {
-    if (board->blind > 0) {
-        const struct drive_slew_mcu_command stop = {
-            .command = MCU_COMMAND_STOP, .sequence = (uint16_t)board->blind
-        };
-        board_write_command(&stop, request);
-        return BOARD_JOB_BLIND;
-    }
     if (!board->is_known) {
         board_read(request, 0, MCU_IDENTITY_WORDS);
         return BOARD_JOB_IDENTITY;
@@ -415,8 +405,12 @@ static void board_take_state(struct drive_slew_mcu_board *board,
         board->state[i] = reply->value[i];
     board->state_ns = reply->answer_ns;
     board->is_new = true;
-    if (is_first) /* a command of who was here before is not ours */
+    if (is_first) { /* a command of who was here before is not ours */
         board->sequence = board->state[MCU_STATE_SEQUENCE];
+        if (drive_slew_mcu_state(board) == BOARD_READY ||
+            drive_slew_mcu_moves(board))
+            board->found.count++;
+    }
     if (!is_first &&
         (int64_t)mcu_words_get(board->state + MCU_STATE_TIME, 4) < before_ns) {
         board_lose(board, "was reset");
@@ -424,22 +418,6 @@ static void board_take_state(struct drive_slew_mcu_board *board,
     }
     board_note_clock(board, reply->answer_ns);
     board_walk(board, reply->answer_ns);
-}
-
-/* Long division in base 2, as the tick has none. */
-static uint64_t board_quotient(uint64_t dividend, uint64_t divisor)
-{
-    uint64_t quotient = 0, rest = 0;
-
-    for (unsigned bit = 64; bit-- > 0;) {
-        rest = rest << 1 | (dividend >> bit & 1);
-        quotient <<= 1;
-        if (rest >= divisor) {
-            rest -= divisor;
-            quotient |= 1;
-        }
-    }
-    return quotient;
 }
 
 static void board_take_axis(struct drive_slew_mcu *axis,
@@ -456,10 +434,8 @@ static void board_take_axis(struct drive_slew_mcu *axis,
         motion_fixed_sub(
             (int64_t)mcu_words_get(axis->word + MCU_AXIS_ACTUAL, 4), before_q32,
             &distance_q32) < 0 ||
-        motion_fixed_mulshift(
-            distance_q32,
-            (int64_t)board_quotient(BOARD_SECOND << 30, (uint64_t)dt_ns), 30,
-            &axis->vel_q32) < 0)
+        motion_fixed_mulshift(distance_q32, hal_per_second_q20(dt_ns), 20,
+                              &axis->vel_q32) < 0)
         axis->vel_q32 = 0;
     axis->word_ns = reply->answer_ns;
     axis->room = (uint32_t)mcu_words_get(axis->word + MCU_AXIS_FREE, 2);
@@ -508,9 +484,6 @@ static bool board_failed(struct drive_slew_mcu_board *board,
         return false;
     }
     board->failures++;
-    if (board->blind > 0 && board->failures < BOARD_FAILURES)
-        return true;
-    board->blind = 0;
     if (board->phase == DRIVE_SLEW_MCU_FIND) {
         board->retry_ns = board->now_ns + BOARD_RETRY_NS;
         board_say(board, "does not answer", "");
@@ -527,9 +500,6 @@ static void board_answer(struct drive_slew_mcu_board *board, enum board_job job,
     const uint16_t command = board->command.command;
 
     switch (job) {
-    case BOARD_JOB_BLIND:
-        board->blind--;
-        return;
     case BOARD_JOB_IDENTITY:
     case BOARD_JOB_STATE:
     case BOARD_JOB_AXIS:
@@ -604,12 +574,10 @@ static const struct modbus_node_ops board_ops = {
     .down = board_down,
 };
 
-void drive_slew_mcu_board_init(struct drive_slew_mcu_board *board, uint8_t unit,
-                               bool takes_over)
+void drive_slew_mcu_board_init(struct drive_slew_mcu_board *board, uint8_t unit)
 {
     *board = (struct drive_slew_mcu_board){
         .node = { .ops = &board_ops, .unit = unit },
-        .blind = takes_over ? BOARD_BLIND : 0,
     };
     drive_slew_mcu_find(board);
 }

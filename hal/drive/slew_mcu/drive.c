@@ -52,6 +52,7 @@ static void drive_slew_mcu_request(struct hal_drive *drive,
         board->is_quick = true;
         break;
     case HAL_DRIVE_REQUEST_OFF:
+    case HAL_DRIVE_REQUEST_TORQUE_OFF: /* it has no other way than its stop */
         break;
     }
     board->enables = false;
@@ -180,11 +181,18 @@ static void drive_slew_mcu_feedback(struct hal_drive *drive,
     drive_fault_text(self, feedback);
 }
 
+static const struct hal_drive_found *
+drive_slew_mcu_found(struct hal_drive *drive)
+{
+    return &drive_slew_mcu_of(drive)->board->found;
+}
+
 static const struct hal_drive_ops drive_slew_mcu_ops = {
     .request = drive_slew_mcu_request,
     .set_target = drive_slew_mcu_set_target,
     .feedback = drive_slew_mcu_feedback,
     .tracks = &drive_slew_mcu_tracks,
+    .found = drive_slew_mcu_found,
 };
 
 int drive_slew_mcu_init(struct drive_slew_mcu *self, struct modbus_bus *bus,
@@ -201,7 +209,7 @@ int drive_slew_mcu_init(struct drive_slew_mcu *self, struct modbus_bus *bus,
         return MOTION_E_ARG;
     board = first != NULL ? first->board : &self->own;
     if (first == NULL) {
-        drive_slew_mcu_board_init(board, config->unit, config->takes_over);
+        drive_slew_mcu_board_init(board, config->unit);
         err = modbus_bus_add(bus, &board->node);
     }
     if (err < 0)

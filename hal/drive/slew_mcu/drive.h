@@ -1,8 +1,7 @@
 /* hal/drive/slew_mcu/drive.h - a board that runs slew's controller
  * (firmware/mcu), as one or more axes of a rig on a PC.
  *
- *   STOP   where it is taken over: told to stop, before anything is read of it
- *   FIND   who is there (once a second); what it still does is ended, and it
+ *   FIND   who is there (once a second); what it still does is stopped, and it
  *          is made off
  *   SETUP  the register map of its servos, their drives, its axes, how long
  *          it may hear nothing: piece by piece
@@ -47,9 +46,7 @@
 #define DRIVE_SLEW_MCU_HISTORY 512 /* set points kept; a power of 2 */
 
 struct drive_slew_mcu_config {
-    uint8_t unit; /* of the board on its line */
-    /* from a process that may have been killed: it was this board that it moved */
-    bool takes_over;
+    uint8_t unit;  /* of the board on its line */
     unsigned axis; /* of the board, 0 .. MCU_AXES_MAX - 1 */
     struct mcu_setup setup;
     const struct mcu_servo *servo; /* outlives the drive; NULL: virtual */
@@ -99,14 +96,14 @@ struct drive_slew_mcu_board {
     int64_t now_ns, retry_ns;
     bool is_asked; /* one request at a time */
     unsigned failures;
-    unsigned blind; /* commands to stop that it has not answered yet */
     uint32_t steps;
-    bool enables, resets; /* asked for, and not told yet */
-    bool is_enabling;     /* told, and not there yet */
-    bool is_off;          /* is to be off, and stay so */
-    bool is_quick;        /* its stop is a quick one */
-    char why[64];         /* of LOST and of a fault */
-    bool is_fault;        /* ours: refused, not begun in time */
+    bool enables, resets;         /* asked for, and not told yet */
+    bool is_enabling;             /* told, and not there yet */
+    bool is_off;                  /* is to be off, and stay so */
+    bool is_quick;                /* its stop is a quick one */
+    char why[64];                 /* of LOST and of a fault */
+    bool is_fault;                /* ours: refused, not begun in time */
+    struct hal_drive_found found; /* how fast is not known: it stops itself */
 
     /* what it says */
     int64_t period_ns;

@@ -32,8 +32,8 @@ drive_slew_mcu_moves(const struct drive_slew_mcu_board *board)
 
 /* board.c.  Find: look for it anew.  Fail: this board is in fault by what we know of it; the words
  * follow each other. */
-void drive_slew_mcu_board_init(struct drive_slew_mcu_board *board, uint8_t unit,
-                               bool takes_over);
+void drive_slew_mcu_board_init(struct drive_slew_mcu_board *board,
+                               uint8_t unit);
 void drive_slew_mcu_find(struct drive_slew_mcu_board *board);
 void drive_slew_mcu_fail(struct drive_slew_mcu_board *board, const char *what,
                          const char *why);

@@ -9,6 +9,8 @@
 
 #define NS_PER_S INT64_C(1000000000)
 #define MAX_Q32  ((int64_t)DRIVE_TURN_MAX << 32)
+/* Two counts of an encoder as these drives have them. */
+#define DRIVE_TURN_NEAR_Q32 (MOTION_FIXED_ONE_Q32 / 4096)
 
 static int32_t clamp_i32(int64_t value)
 {
@@ -31,7 +33,7 @@ static bool init_is_legal(const struct drive_turn_config *config)
            config->latency_ns >= 0 && config->answer_ns >= 0 &&
            config->state_timeout_ns >= 0 && config->stop_acc_q32 > 0 &&
            config->first_step_max_q32 >= 0 && config->rated_torque_mnm >= 0 &&
-           config->readings < 1u << HAL_READINGS;
+           config->vel_max_q32 >= 0 && config->readings < 1u << HAL_READINGS;
 }
 
 static void init_defaults(struct drive_turn_config *config)
@@ -64,6 +66,12 @@ static int init_ratios(struct drive_turn *self)
     return err;
 }
 
+/* What the axis makes in HAL_STANDSTILL_NS at a thousandth of its speed. */
+static int64_t config_slow_q32(const struct drive_turn_config *config)
+{
+    return config->vel_max_q32 / 1000 / (NS_PER_S / HAL_STANDSTILL_NS);
+}
+
 static int init_steps(struct drive_turn *self)
 {
     const int64_t acc_q32 =
@@ -79,6 +87,9 @@ static int init_steps(struct drive_turn *self)
         return MOTION_E_RANGE;
     if (self->stop_step_q32 == 0) /* it must end */
         self->stop_step_q32 = 1;
+    self->near_q32 =
+        DRIVE_TURN_NEAR_Q32 +
+        hal_ratio_scale(&self->to_acc, config_slow_q32(&self->config));
     return MOTION_OK;
 }
 
@@ -127,7 +138,12 @@ static void drive_turn_request(struct hal_drive *drive,
         request_reset(self);
         return;
     }
+    if (request == HAL_DRIVE_REQUEST_TORQUE_OFF &&
+        self->phase != DRIVE_TURN_RUN)
+        request = HAL_DRIVE_REQUEST_OFF;
     if (request == self->request ||
+        (request == HAL_DRIVE_REQUEST_OFF &&
+         self->request == HAL_DRIVE_REQUEST_TORQUE_OFF) ||
         (latched && request != HAL_DRIVE_REQUEST_OFF))
         return;
     self->request = request;
@@ -348,6 +364,11 @@ static void drive_turn_feedback(struct hal_drive *drive,
     put_text(self, feedback);
 }
 
+static const struct hal_drive_found *drive_turn_found(struct hal_drive *drive)
+{
+    return &drive_turn_of(drive)->found;
+}
+
 const struct hal_drive_ops drive_turn_drive_ops = {
     .request = drive_turn_request,
     .set_target = drive_turn_set_target,
@@ -357,4 +378,5 @@ const struct hal_drive_ops drive_turn_drive_ops = {
     .go = drive_turn_go,
     .home = drive_turn_home,
     .halt = drive_turn_halt,
+    .found = drive_turn_found,
 };

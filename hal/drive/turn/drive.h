@@ -24,11 +24,11 @@
  * by its own profile or homes, which it leaves for set points then; when the bus
  * is dead, the drive's watchdog has to do.
  *
- * Request OFF takes torque off at once (stop category 0), but for an axis that
- * moves by the drive's own profile, homes, or brakes by a quick stop: that is
- * ramped down first.  A homing whose drive does not take set points within
- * state_timeout_ns, or that is lost and not heard any more, is disarmed as it
- * is.
+ * Request OFF ramps down whatever moves and disarms the drive when the axis
+ * stands by what is heard, HAL_DRIVE_ROLL_NS after the ramp at the latest.  So is
+ * a drive that is found armed, or homing.  A homing whose drive does not take set
+ * points within state_timeout_ns, or that is lost and not heard any more, is
+ * disarmed as it is, and so is every drive by TORQUE_OFF.
  *
  * Which set point was in force when the position was measured: the newest that
  * had been given latency_ns before.  A drive that `extrapolates` goes on from
@@ -39,6 +39,7 @@
 #include "hal/drive.h"
 #include "hal/readings.h"
 #include "hal/support/ratio.h"
+#include "hal/support/standstill.h"
 #include "hal/support/text.h"
 
 #define DRIVE_TURN_HISTORY 32 /* set points kept to judge following */
@@ -56,7 +57,10 @@ struct drive_turn_config {
     int64_t answer_ns;        /* a position's time on the wire */
     int64_t state_timeout_ns; /* to arm, to disarm, to clear; 0: 1 s */
     int64_t stop_acc_q32;     /* unit/s2 of the quick stop, > 0 */
-    unsigned readings;        /* 1 << enum hal_reading: those that are read */
+    int64_t
+        vel_max_q32;   /* unit/s of the axis: a thousandth of it is standing; 0:
+                            by its positions alone */
+    unsigned readings; /* 1 << enum hal_reading: those that are read */
     int64_t first_step_max_q32; /* as hal/drive/cia402/drive.h; 0: 1 unit */
     int32_t rated_torque_mnm;   /* torque_permille is of it; 0: no torque */
 };
@@ -124,6 +128,7 @@ struct drive_turn {
     int64_t tick_s_q60;
     int64_t stop_step_q32; /* turns/s per tick of the ramp */
     int64_t first_step_q32;
+    int64_t near_q32; /* it stands: at most so far from one place */
 
     enum drive_turn_phase phase;
     enum hal_drive_request request;
@@ -144,10 +149,14 @@ struct drive_turn {
     int64_t actual_q32, actual_vel_q32, actual_ns;
     int32_t torque_mnm;
     bool torque_known;
+    struct hal_standstill standstill;
+    struct hal_drive_found found;
+    bool stops_found; /* what was found: until it has no torque */
     struct hal_readings readings;
 
     /* what it is told */
     enum drive_turn_motion motion;
+    int64_t ramped_ns; /* its last ramp came to rest then */
     int64_t target_q32, target_vel_q32;
     int32_t target_torque_mnm;
     bool given; /* by set_target, since the last send */

@@ -48,7 +48,9 @@ void drive_turn_brake(struct drive_turn *self)
         self->target_q32 = self->actual_q32 + motion_since_q32(self);
         self->target_vel_q32 = self->actual_vel_q32;
     }
-    self->motion = DRIVE_TURN_RAMP;
+    self->motion =
+        self->target_vel_q32 == 0 ? DRIVE_TURN_FOLLOW : DRIVE_TURN_RAMP;
+    self->ramped_ns = self->now_ns;
     self->target_torque_mnm = 0;
     self->given = false;
     self->past_count = 0;
@@ -58,6 +60,12 @@ bool drive_turn_is_standing(const struct drive_turn *self)
 {
     return self->actual_vel_q32 <= STANDING_Q32 &&
            self->actual_vel_q32 >= -STANDING_Q32 && !drive_turn_ramps(self);
+}
+
+bool drive_turn_rolls(const struct drive_turn *self)
+{
+    return self->armed && self->now_ns - self->ramped_ns <= HAL_DRIVE_ROLL_NS &&
+           !hal_standstill_is(&self->standstill, self->actual_ns);
 }
 
 bool drive_turn_ramps(const struct drive_turn *self)
@@ -82,6 +90,7 @@ static void motion_ramp(struct drive_turn *self)
                               &displacement_q32) == MOTION_OK)
         self->target_q32 += displacement_q32;
     self->target_vel_q32 = after_q32;
+    self->ramped_ns = self->now_ns;
     if (after_q32 == 0)
         self->motion = DRIVE_TURN_FOLLOW;
 }
@@ -128,7 +137,8 @@ bool drive_turn_next(struct drive_turn *self)
         motion_ramp(self);
     if (slows && self->motion == DRIVE_TURN_FOLLOW)
         return false; /* it has no place to follow to */
-    return wanted && self->phase != DRIVE_TURN_START;
+    return wanted && self->phase != DRIVE_TURN_START &&
+           self->request != HAL_DRIVE_REQUEST_TORQUE_OFF;
 }
 
 int64_t drive_turn_raw_q32(const struct drive_turn *self, int64_t pos_q32)
@@ -147,9 +157,12 @@ struct drive_turn_point drive_turn_point(const struct drive_turn *self)
 
 void drive_turn_homed(struct drive_turn *self)
 {
+    const int64_t before_q32 = self->origin_q32;
+
     self->actual_q32 -= self->origin_q32;
     self->origin_q32 = self->home.pos_q32;
     self->actual_q32 += self->origin_q32;
+    hal_standstill_shift(&self->standstill, self->origin_q32 - before_q32);
     self->homing = HAL_DRIVE_HOMING_DONE;
 }
 
@@ -166,6 +179,11 @@ bool drive_turn_note(struct drive_turn *self, int64_t pos_q32, int64_t vel_q32,
     self->actual_q32 = pos_q32 + self->origin_q32;
     self->actual_vel_q32 = vel_q32;
     self->actual_ns = t_ns - self->config.answer_ns;
+    if (!self->positioned)
+        hal_standstill_rest(&self->standstill, self->actual_q32,
+                            self->actual_ns);
+    hal_standstill_note(&self->standstill, self->actual_q32, self->near_q32,
+                        self->actual_ns);
     self->positioned = true;
     return true;
 }

@@ -20,6 +20,9 @@ void drive_turn_pursue(struct drive_turn *self);
 /* Brakes from where the set points are, or the axis is. */
 void drive_turn_brake(struct drive_turn *self);
 bool drive_turn_is_standing(const struct drive_turn *self);
+/* Its ramp is over, and what is heard of it says that it moves still: within
+ * HAL_DRIVE_ROLL_NS. */
+bool drive_turn_rolls(const struct drive_turn *self);
 /* Is it on a ramp of ours to standstill? */
 bool drive_turn_ramps(const struct drive_turn *self);
 /* The newest set point given until then; false: none. */

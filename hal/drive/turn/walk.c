@@ -36,9 +36,10 @@ void drive_turn_pursue(struct drive_turn *self)
     self->retry_ns = self->now_ns;
     if (self->homing == HAL_DRIVE_HOMING_RUNNING)
         self->homing = HAL_DRIVE_HOMING_FAILED;
-    if (self->request == HAL_DRIVE_REQUEST_ENABLE && !self->armed)
+    if (self->request == HAL_DRIVE_REQUEST_TORQUE_OFF ||
+        (self->request == HAL_DRIVE_REQUEST_ENABLE && !self->armed))
         drive_turn_stand(self);
-    else if (self->request == HAL_DRIVE_REQUEST_QUICK_STOP ||
+    else if (self->request != HAL_DRIVE_REQUEST_ENABLE ||
              walk_moves_itself(self))
         drive_turn_brake(self);
 }
@@ -99,10 +100,19 @@ void drive_turn_lose(struct drive_turn *self)
     self->torque = self->torque || self->left; /* until it says otherwise */
 }
 
+static void walk_note_found(struct drive_turn *self)
+{
+    self->found.count++;
+    self->found.vel_q32 = hal_ratio_scale(&self->to_unit, self->actual_vel_q32);
+    self->found.goes_on = false;
+    self->stops_found = true;
+}
+
 /* What an earlier master left moving is ramped down first. */
 static void walk_run(struct drive_turn *self)
 {
     const bool homes = self->motion == DRIVE_TURN_HOME;
+    const bool resets = self->phase == DRIVE_TURN_RESET;
 
     drive_turn_enter(self, DRIVE_TURN_RUN);
     self->left = false;
@@ -114,6 +124,8 @@ static void walk_run(struct drive_turn *self)
         return;
     }
     if (self->armed || homes) {
+        if (!resets)
+            walk_note_found(self);
         self->motion = homes ? DRIVE_TURN_HOME : DRIVE_TURN_GO;
         drive_turn_brake(self);
     }
@@ -160,17 +172,18 @@ static void walk_break_off(struct drive_turn *self)
     self->ops->break_off(self);
 }
 
-/* It is not disarmed yet: it is being ramped down. */
+/* It is not disarmed yet: it is being ramped down, or rolls out. */
 static bool walk_brakes(struct drive_turn *self)
 {
     const bool lost = self->phase == DRIVE_TURN_LOST;
     const bool fails = self->alarmed || !self->torque;
 
     if (!self->home.broken_off)
-        return !fails && drive_turn_ramps(self) && (self->armed || lost);
+        return !fails && ((drive_turn_ramps(self) && (self->armed || lost)) ||
+                          drive_turn_rolls(self));
     self->home.broken_off =
         !fails &&
-        (drive_turn_ramps(self) ||
+        (drive_turn_ramps(self) || drive_turn_rolls(self) ||
          (!self->armed && !lost && self->now_ns <= self->home.deadline_ns));
     if (self->home.broken_off && walk_counts_anew(self))
         drive_turn_brake(self);
@@ -187,13 +200,17 @@ static void walk_off(struct drive_turn *self)
 {
     if (!self->torque) {
         self->state = HAL_DRIVE_OFF;
+        self->stops_found = false;
         return;
     }
     self->state = HAL_DRIVE_QUICK_STOP;
-    if (walk_brakes(self)) {
+    if (self->request != HAL_DRIVE_REQUEST_TORQUE_OFF && walk_brakes(self)) {
         self->since_ns = self->now_ns;
         return;
     }
+    if (self->stops_found && self->armed &&
+        !hal_standstill_is(&self->standstill, self->actual_ns))
+        self->found.goes_on = true;
     if (walk_took_too_long(self)) {
         drive_turn_say(self, "does not switch off");
         drive_turn_latch(self);

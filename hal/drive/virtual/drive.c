@@ -42,7 +42,8 @@ static void drive_virtual_request(struct hal_drive *drive,
 
     if (request == HAL_DRIVE_REQUEST_ENABLE)
         self->state = HAL_DRIVE_ENABLED;
-    else if (request == HAL_DRIVE_REQUEST_OFF)
+    else if (request == HAL_DRIVE_REQUEST_OFF ||
+             request == HAL_DRIVE_REQUEST_TORQUE_OFF)
         self->state = HAL_DRIVE_OFF;
     else if (request == HAL_DRIVE_REQUEST_QUICK_STOP &&
              self->state == HAL_DRIVE_ENABLED)

@@ -302,6 +302,7 @@ static void axis_walk(struct stateful_axis *axis)
             axis->state = HAL_DRIVE_OFF;
         break;
     case HAL_DRIVE_REQUEST_OFF:
+    case HAL_DRIVE_REQUEST_TORQUE_OFF:
         if (axis->state != HAL_DRIVE_FAULT && axis->state != HAL_DRIVE_OFFLINE)
             axis->state = HAL_DRIVE_OFF;
         break;

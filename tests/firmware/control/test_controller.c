@@ -36,8 +36,9 @@ static void fake_request(struct hal_drive *drive,
 {
     struct fake_drive *self = (struct fake_drive *)drive;
     self->request = request;
-    if (request == HAL_DRIVE_REQUEST_OFF && self->state != HAL_DRIVE_FAULT &&
-        self->state != HAL_DRIVE_OFFLINE)
+    if ((request == HAL_DRIVE_REQUEST_OFF ||
+         request == HAL_DRIVE_REQUEST_TORQUE_OFF) &&
+        self->state != HAL_DRIVE_FAULT && self->state != HAL_DRIVE_OFFLINE)
         self->state = HAL_DRIVE_OFF;
     if (request == HAL_DRIVE_REQUEST_QUICK_STOP &&
         self->state == HAL_DRIVE_ENABLED)
@@ -668,7 +669,7 @@ static void an_axis_that_runs_away_has_no_torque_in_three_ticks(void **state)
                          is_off ? CONTROLLER_REACT_OFF : CONTROLLER_REACT_STOP);
         for (unsigned i = 0; i < AXES; i++)
             assert_int_equal(bench.drive[i].request,
-                             is_off ? HAL_DRIVE_REQUEST_OFF
+                             is_off ? HAL_DRIVE_REQUEST_TORQUE_OFF
                                     : HAL_DRIVE_REQUEST_ENABLE);
         assert_int_equal(c->fault.fault, CONTROLLER_FAULT_FOLLOWING);
     }

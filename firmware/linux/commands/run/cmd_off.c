@@ -24,7 +24,7 @@ static void cmd_off_table(const struct rig *rig, const struct off_axis axis[])
     table_print(&table, stdout);
     table_free(&table);
     for (unsigned i = 0; i < rig->axis_count; i++)
-        if (!axis[i].is_off)
+        if (!axis[i].is_off || axis[i].found)
             error_say("%s: %s", rig->axis[i].name, axis[i].text);
 }
 

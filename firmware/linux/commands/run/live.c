@@ -262,6 +262,17 @@ static bool live_all_there(const struct live *live)
     return true;
 }
 
+static void live_say_found(const struct live *live, unsigned i)
+{
+    const struct hal_drive_found *found = machine_found(&live->machine, i);
+    char text[WARNING_TEXT_MAX];
+    if (found == NULL || found->count == 0)
+        return;
+    const struct warning warning = machine_warning_found(found);
+    warning_text(&warning, &live->rig->axis[i], text);
+    error_say("%s", text);
+}
+
 static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
 {
     const struct hal_drive_feedback *feedback =
@@ -275,6 +286,7 @@ static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
     else if (file != NULL)
         fprintf(file, "%s: the drive is there, and off\n",
                 live->rig->axis[i].name);
+    live_say_found(live, i);
     return ok;
 }
 

@@ -93,6 +93,7 @@ static int cia402_init(struct machine *machine, unsigned i)
         .heartbeat_period_ns = rig->heartbeat_ns,
         .watchdog_ns = rig->watchdog_ns,
         .quick_stop_counts_s2 = cia402_counts(axis, axis->stop_acc_q32),
+        .vel_max_q32 = axis->limit.vel_q32,
         .parameter = axis->object,
         .parameter_count = axis->parameter_count,
         .following_error_counts = cia402_following_counts(axis),

@@ -14,7 +14,6 @@ static int modbus_init(struct machine *machine, unsigned i)
 
     modbus_stream_config(rig, i, &config);
     config.readings = rig->axis[i].monitor.wanted;
-    config.takes_over = rig->bus[bus].modbus.takes_over;
     struct drive_modbus *drive = machine->drive[i];
     machine->axis[i] = &drive->drive;
     return drive_modbus_init(drive, &machine->modbus[bus], &config);

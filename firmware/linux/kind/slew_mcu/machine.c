@@ -136,7 +136,6 @@ static int slew_mcu_init(struct machine *machine, unsigned i)
         .setup = board_setup(axis),
         .watch_ms = (uint32_t)(axis->watch_ns / 1000000),
         .lead_ns = board_lead_ns(rig, axis),
-        .takes_over = rig->bus[axis->bus].modbus.takes_over,
         .fault_text = board_fault_text,
         .fault_count = ARRAY_LEN(board_fault_text),
     };

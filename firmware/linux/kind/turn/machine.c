@@ -12,6 +12,7 @@ struct drive_turn_config turn_config(const struct machine *machine, unsigned i)
         .latency_ns = turn_budget_latency_ns(rig, i),
         .answer_ns = turn_budget_answer_ns(rig, i),
         .stop_acc_q32 = axis->stop_acc_q32,
+        .vel_max_q32 = axis->limit.vel_q32,
         .rated_torque_mnm = axis->rated_torque_mnm,
         .readings = axis->monitor.wanted,
     };

@@ -28,7 +28,7 @@ static uint32_t take(int64_t off_q32, int64_t vel_q32)
 {
     const struct controller_axis axis = { .following_q32 = off_q32,
                                           .target.vel_q32 = vel_q32 };
-    machine_warnings_step(&warnings, &rail, &axis, NULL);
+    machine_warnings_step(&warnings, &rail, &axis, NULL, NULL);
     return warnings.newest.number;
 }
 
@@ -85,6 +85,37 @@ static void it_is_said_with_its_axis_and_values(void **state)
                         "of 2 mm");
 }
 
+/* Each time once, when it has been stopped. */
+static void a_drive_that_was_found_enabled_is_said(void **state)
+{
+    struct hal_drive_found found = { .count = 0 };
+    struct controller_axis axis = { .feedback.state = HAL_DRIVE_OFF };
+    char text[WARNING_TEXT_MAX];
+    (void)state;
+    machine_warnings_step(&warnings, &rail, &axis, NULL, &found);
+    assert_int_equal(warnings.newest.number, 0);
+    found = (struct hal_drive_found){ .count = 1, .vel_q32 = -30 * UNIT };
+    for (int state_now = HAL_DRIVE_OFFLINE; state_now <= HAL_DRIVE_FAULT;
+         state_now++) {
+        axis.feedback.state = (enum hal_drive_state)state_now;
+        memset(&warnings, 0, sizeof warnings);
+        machine_warnings_step(&warnings, &rail, &axis, NULL, &found);
+        machine_warnings_step(&warnings, &rail, &axis, NULL, &found);
+        assert_int_equal(warnings.newest.number,
+                         state_now != HAL_DRIVE_OFFLINE &&
+                             state_now != HAL_DRIVE_QUICK_STOP);
+    }
+    warning_text(&warnings.newest, &rail, text);
+    assert_string_equal(text, "rail: found enabled: stopped, then torque off, "
+                              "moving at -30.000 mm/s");
+    found = (struct hal_drive_found){ .count = 2, .goes_on = true };
+    machine_warnings_step(&warnings, &rail, &axis, NULL, &found);
+    assert_int_equal(warnings.newest.number, 2);
+    warning_text(&warnings.newest, &rail, text);
+    assert_string_equal(text, "rail: found enabled: torque off, as it did not "
+                              "come to rest in its time (another master?)");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -92,6 +123,7 @@ int main(void)
         cmocka_unit_test_setup(it_is_one_until_it_has_been_below_three_eighths,
                                begin),
         cmocka_unit_test_setup(it_is_said_with_its_axis_and_values, begin),
+        cmocka_unit_test_setup(a_drive_that_was_found_enabled_is_said, begin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

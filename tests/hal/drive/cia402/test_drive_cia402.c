@@ -1289,7 +1289,7 @@ static void a_reset_waits_for_a_quick_stop_to_end(void **state)
         assert_int_equal(b->seen.state, HAL_DRIVE_FAULT);
         assert_int_equal(b->mini.state, CIA402_QUICK_STOP_ACTIVE);
         b->mini.drift = 0;
-        until(b, HAL_DRIVE_OFF, 10);
+        until(b, HAL_DRIVE_OFF, 10 + HAL_STANDSTILL_NS / MS);
     }
 }
 

@@ -19,7 +19,7 @@
 struct bench {
     struct sim_world world;
     struct sim_can_bus bus;
-    struct sim_can_port port;
+    struct sim_can_port port, other;
     struct sim_cia402 servo[AXES];
     struct canopen master;
     struct drive_cia402 drive[AXES];
@@ -455,6 +455,151 @@ static void a_second_master_life_takes_over_safely(void **state)
     until(b, HAL_DRIVE_ENABLED, 300);
 }
 
+/* ---- the two ways to no torque (IEC 61800-5-2) -------------------------- */
+
+#define SPEED      20000 /* counts/s */
+#define REST_SPEED 200   /* two counts in 10 ms */
+/* Where the drive itself says that it stands, and switches off by 0x605A = 2: a
+ * 512th of its motor's speed. */
+#define OWN_REST_SPEED 3906
+
+static int64_t servo_speed(const struct bench *b)
+{
+    return llabs(b->servo[0].base.plant.vel_q24) >> 24;
+}
+
+/* How fast it is when its torque goes, which is so many ticks from now. */
+static int64_t cut_speed(struct bench *b, unsigned *took)
+{
+    int64_t speed = 0;
+
+    for (*took = 0; b->servo[0].motion != 0; ++*took) {
+        assert_true(*took < 4000);
+        speed = servo_speed(b);
+        tick(b);
+    }
+    return speed;
+}
+
+/* For so long at SPEED. */
+static void stream(struct bench *b, unsigned count)
+{
+    int64_t at = counts_of(b->seen[0].pos_q32);
+
+    for (unsigned i = 0; i < count; i++) {
+        bench_begin(b);
+        at += SPEED / 1000;
+        assert_int_equal(hal_drive_set_target(&b->drive[0].drive,
+                                              &(struct hal_drive_target){
+                                                  .pos_q32 = pos_of(at) }),
+                         0);
+        bench_end(b);
+    }
+}
+
+static void go_far(struct bench *b)
+{
+    const struct hal_drive_go go = { .pos_q32 = pos_of(START + 1000000),
+                                     .vel_q32 = pos_of(SPEED),
+                                     .acc_q32 = pos_of(10 * SPEED),
+                                     .dec_q32 = pos_of(10 * SPEED) };
+
+    assert_int_equal(
+        hal_drive_set_mode(&b->drive[0].drive, HAL_DRIVE_PROFILE_POSITION), 0);
+    ticks(b, 50);
+    assert_int_equal(hal_drive_go(&b->drive[0].drive, &go), 0);
+    ticks(b, 300);
+    assert_in_range(servo_speed(b), SPEED * 9 / 10, SPEED * 11 / 10);
+}
+
+/* By somebody else's SDO: 0x605A = 0 coasts, 6 keeps torque. */
+static void set_quick_stop(struct bench *b, uint8_t option)
+{
+    const struct hal_can_frame frame = {
+        .id = 0x601, .len = 8, .data = { 0x2B, 0x5A, 0x60, 0, option }
+    };
+
+    sim_can_port_init(&b->other, &b->bus);
+    assert_int_equal(hal_can_send(&b->other.can, &frame), 0);
+    ticks(b, 3);
+}
+
+/* The set points rest in the tick in which it is to be off; the motor does not. */
+static void off_in_motion_is_a_quick_stop_first(void **state)
+{
+    struct bench *b = *state;
+    unsigned took;
+
+    for (unsigned i = 0; i < 4; i++) {
+        const bool streams = i % 2 == 0, holds = i / 2 == 0;
+
+        bench_of(b, 1);
+        enable(b);
+        if (holds) /* after its ramp, until we say more */
+            set_quick_stop(b, 6);
+        if (streams)
+            stream(b, 300);
+        else
+            go_far(b);
+        assert_true(servo_speed(b) > SPEED / 2);
+        request(b, HAL_DRIVE_REQUEST_OFF);
+        assert_in_range(cut_speed(b, &took), 0,
+                        holds ? REST_SPEED : OWN_REST_SPEED);
+        print_message("%s%s: off after %u ms\n",
+                      streams ? "streamed" : "by its profile",
+                      holds ? ", holds" : "", took);
+        until(b, HAL_DRIVE_OFF, 20);
+    }
+}
+
+static void torque_off_is_at_once_whatever_is_asked_for_then(void **state)
+{
+    struct bench *b = *state;
+    unsigned took;
+
+    enable(b);
+    stream(b, 300);
+    request(b, HAL_DRIVE_REQUEST_TORQUE_OFF);
+    request(b, HAL_DRIVE_REQUEST_OFF);
+    assert_true(cut_speed(b, &took) > SPEED / 2);
+    assert_in_range(took, 1, 5);
+    until(b, HAL_DRIVE_OFF, 20);
+    ticks(b, 300); /* it rolls out */
+    enable(b);
+}
+
+/* By whoever was there before. */
+static void one_that_is_found_moving_is_stopped_first(void **state)
+{
+    struct bench *b = *state;
+    struct drive_cia402_config drive = drive_config;
+    const struct hal_drive_found *found = &b->drive[0].found;
+    unsigned took;
+
+    drive.node_id = 1;
+    for (int32_t option = 0; option <= 6; option += 2) {
+        bench_of(b, 1);
+        enable(b);
+        assert_int_equal(found->count, 0);
+        go_far(b);
+        set_quick_stop(b, (uint8_t)option);
+        assert_int_equal(canopen_init(&b->master, &b->port.can, &master_config),
+                         0);
+        assert_int_equal(drive_cia402_init(&b->drive[0], &b->master, &drive),
+                         0);
+        assert_in_range(cut_speed(b, &took), 0, OWN_REST_SPEED);
+        print_message("0x605A = %d: found at %.3f units/s, off after %u ms\n",
+                      (int)option, (double)found->vel_q32 / (double)ONE, took);
+        assert_int_equal(found->count, 1);
+        assert_false(found->goes_on);
+        assert_in_range(counts_of(found->vel_q32), SPEED * 8 / 10,
+                        SPEED * 12 / 10);
+        until(b, HAL_DRIVE_OFF, 500);
+        enable(b);
+        assert_int_equal(found->count, 1);
+    }
+}
+
 #define BENCH(test) cmocka_unit_test_setup(test, bench_setup)
 
 int main(void)
@@ -471,6 +616,9 @@ int main(void)
         BENCH(safe_torque_off_is_told_as_such),
         BENCH(a_switch_is_heard_while_enabled),
         BENCH(a_second_master_life_takes_over_safely),
+        BENCH(off_in_motion_is_a_quick_stop_first),
+        BENCH(torque_off_is_at_once_whatever_is_asked_for_then),
+        BENCH(one_that_is_found_moving_is_stopped_first),
     };
 
     return cmocka_run_group_tests_name("drive_cia402_sim", tests, NULL, NULL);

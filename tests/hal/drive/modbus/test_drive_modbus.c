@@ -27,7 +27,6 @@ static void take_over(void)
     while (hal_modbus_collect(&bench.master.modbus, &reply) == 1)
         ;
     bench.streams = false;
-    config.takes_over = true;
     assert_int_equal(modbus_bus_init(&bench.bus, &bench.master.modbus, 2), 0);
     assert_int_equal(drive_modbus_init(&bench.drive, &bench.bus, &config), 0);
 }
@@ -64,32 +63,24 @@ static void every_map_starts_enables_and_lets_go(void **state)
     }
 }
 
-/* Nothing has been read then, not even who it is. */
-static void every_map_that_is_taken_over_is_stopped_first(void **state)
+/* Standing, one that cannot say that it has torque is as one that has none. */
+static void every_map_that_is_taken_over_is_switched_off(void **state)
 {
     (void)state;
     for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
-        struct hal_modbus_request first = { .unit = BENCH_UNIT };
-        struct hal_modbus_request want = first;
-        const struct modbus_map_step *step;
-        struct modbus_node *node = &bench.drive.node;
-        uint16_t cookie;
+        const struct modbus_map *map = &bench.map;
 
         modbus_bench_load(&bench, maps[i]);
         modbus_bench_init(&bench);
         modbus_bench_enable(&bench);
-        take_over();
-        node->ops->step(node, bench.world.now_ns);
-        assert_true(
-            node->ops->next_request(node, bench.world.now_ns, &first, &cookie));
-        step = bench.map.sequence[MODBUS_SEQUENCE_stop].step;
-        modbus_map_put_write(&bench.map.item[step->item], step->value, &want);
-        assert_int_equal(first.function, want.function);
-        assert_int_equal(first.address, want.address);
-        assert_int_equal(first.value[0], want.value[0]);
+        assert_int_equal(bench.drive.found.count, 0);
         take_over();
         modbus_bench_until(&bench, HAL_DRIVE_OFF);
         assert_false(bench.servo.enabled);
+        assert_int_equal(
+            bench.drive.found.count,
+            map->status[MODBUS_STATUS_enabled].item != MODBUS_MAP_NO_ITEM ||
+                map->status[MODBUS_STATUS_torque].item != MODBUS_MAP_NO_ITEM);
     }
 }
 
@@ -543,7 +534,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_map_starts_enables_and_lets_go),
-        cmocka_unit_test(every_map_that_is_taken_over_is_stopped_first),
+        cmocka_unit_test(every_map_that_is_taken_over_is_switched_off),
         cmocka_unit_test(every_map_follows_a_streamed_move),
         cmocka_unit_test(every_map_goes_point_to_point),
         cmocka_unit_test(a_halt_ends_a_go_and_the_next_one_starts),

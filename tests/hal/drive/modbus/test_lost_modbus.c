@@ -1,6 +1,7 @@
 /* tests/hal/drive/modbus/test_lost_modbus.c - whatever goes wrong, a strict
  * Modbus servo has no torque in the end, and lost none in motion; in virtual
  * time. */
+#include "motion/core/fixed.h"
 #include "tests/hal/drive/modbus/strict_bench.h"
 
 static struct strict_bench bench;
@@ -200,21 +201,55 @@ static void no_strict_servo_keeps_its_torque(void **state)
         }
 }
 
-/* By its own profile, and to its home, it comes to rest first, as it can be
- * stopped. */
-static void off_in_a_motion_of_its_own_stops_first(void **state)
+/* Whatever moves it, it comes to rest first, as it can be stopped. */
+static void off_in_motion_stops_first(void **state)
 {
     (void)state;
-    for (unsigned i = 0; i < 2 * ARRAY_LEN(strict_map); i++) {
-        const enum strict_motion motion =
-            i % 2 == 0 ? STRICT_GOING : STRICT_HOMING;
+    for (unsigned i = 0; i < 3 * ARRAY_LEN(strict_map); i++) {
+        const enum strict_motion motion = (enum strict_motion)(i % 3);
 
-        strict_bench_init(&bench, (enum strict_modbus_kind)(i / 2));
+        strict_bench_init(&bench, (enum strict_modbus_kind)(i / 3));
         strict_bench_move(&bench, motion);
         off();
         strict_bench_run(&bench, 2000 * MS);
         assert_false(bench.servo.homed);
         expect_dark("off", motion, REQUESTED);
+    }
+}
+
+/* The set points rest, and in the same tick it is to be off: the servo, which has
+ * them a cycle later, is on its way still. */
+static void off_where_the_set_points_rest_waits_for_the_servo(void **state)
+{
+    (void)state;
+    for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++) {
+        strict_bench_init(&bench, (enum strict_modbus_kind)kind);
+        strict_bench_move(&bench, STRICT_STREAMED);
+        bench.from = (double)bench.target.pos_q32 / (double)UNIT_Q32;
+        bench.from_ns = 0;
+        bench.target.vel_q32 = bench.target.acc_q32 = 0;
+        strict_bench_tick(&bench);
+        assert_true(strict_modbus_moves(&bench.servo));
+        off();
+        strict_bench_run(&bench, 2000 * MS);
+        expect_dark("rest, then off", STRICT_STREAMED, REQUESTED);
+    }
+}
+
+/* And what is asked for then does not soften it. */
+static void torque_off_is_at_once(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 3 * ARRAY_LEN(strict_map); i++) {
+        strict_bench_init(&bench, (enum strict_modbus_kind)(i / 3));
+        strict_bench_move(&bench, (enum strict_motion)(i % 3));
+        bench.streams = false;
+        hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_TORQUE_OFF);
+        off();
+        strict_bench_run(&bench, 100 * MS);
+        assert_false(bench.servo.torque);
+        assert_int_equal(bench.servo.cuts, 1);
+        strict_bench_until(&bench, HAL_DRIVE_OFF);
     }
 }
 
@@ -257,7 +292,6 @@ static void take_over(void)
     while (hal_modbus_collect(&bench.master.modbus, &reply) == 1)
         ;
     bench.streams = bench.asks_off = false;
-    config.takes_over = true;
     assert_int_equal(modbus_bus_init(&bench.bus, &bench.master.modbus, 2), 0);
     assert_int_equal(drive_modbus_init(&bench.drive, &bench.bus, &config), 0);
 }
@@ -273,6 +307,41 @@ static void one_that_is_taken_over_stops_first(void **state)
         take_over();
         strict_bench_run(&bench, 3000 * MS);
         expect_dark("taken over", motion, REQUESTED);
+        /* streamed it stands meanwhile, and that one cannot say more */
+        assert_int_equal(bench.drive.found.count,
+                         bench.servo.kind != STRICT_EL7 ||
+                             motion != STRICT_STREAMED);
+        assert_false(bench.drive.found.goes_on);
+        if (motion != STRICT_STREAMED) /* 2 units/s */
+            assert_in_range(motion_fixed_abs(bench.drive.found.vel_q32),
+                            UNIT_Q32, 3 * UNIT_Q32);
+    }
+}
+
+/* It does not know of `init` yet: its bus access is another master's. */
+static void one_that_obeys_only_after_init_is_stopped_first(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 3; i++) {
+        strict_bench_init(&bench, STRICT_LEXIUM);
+        strict_bench_move(&bench, (enum strict_motion)i);
+        bench.servo.reg[282] = bench.servo.reg[283] = 0;
+        take_over();
+        strict_bench_run(&bench, 3000 * MS);
+        expect_dark("taken over", (enum strict_motion)i, REQUESTED);
+    }
+}
+
+/* `stop` may be what gives one torque that has none. */
+static void one_that_is_found_without_torque_gets_none(void **state)
+{
+    (void)state;
+    for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++) {
+        strict_bench_init(&bench, (enum strict_modbus_kind)kind);
+        strict_bench_until(&bench, HAL_DRIVE_OFF);
+        strict_bench_run(&bench, 1000 * MS);
+        assert_int_equal(bench.servo.energised, 0);
+        assert_int_equal(bench.drive.found.count, 0);
     }
 }
 
@@ -398,10 +467,14 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_strict_servo_keeps_its_torque),
-        cmocka_unit_test(off_in_a_motion_of_its_own_stops_first),
+        cmocka_unit_test(off_in_motion_stops_first),
+        cmocka_unit_test(off_where_the_set_points_rest_waits_for_the_servo),
+        cmocka_unit_test(torque_off_is_at_once),
         cmocka_unit_test(a_homing_that_takes_too_long_stops_first),
         cmocka_unit_test(off_after_a_halt_stops_first),
         cmocka_unit_test(one_that_is_taken_over_stops_first),
+        cmocka_unit_test(one_that_obeys_only_after_init_is_stopped_first),
+        cmocka_unit_test(one_that_is_found_without_torque_gets_none),
         cmocka_unit_test(a_reset_finds_it_again),
         cmocka_unit_test(a_lost_drive_leaves_most_of_the_line),
         cmocka_unit_test(a_drive_that_fails_identify_is_left_alone),

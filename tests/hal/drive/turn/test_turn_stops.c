@@ -21,7 +21,7 @@ static bool has_homing(void)
 /* False: it has no such motion. */
 static bool moves(const struct kind_turn *turn, enum motion motion)
 {
-    get_moving(turn, GOING);
+    get_moving(turn, motion == STREAMED ? STREAMED : GOING);
     if (motion == HOMING && !has_homing())
         return false;
     if (motion == HOMING)
@@ -53,7 +53,7 @@ static void expect_ramp(const char *way, enum motion motion)
 
 static void is_switched_off(const struct kind_turn *turn)
 {
-    for (int motion = GOING; motion <= HOMING; motion++) {
+    for (int motion = STREAMED; motion <= HOMING; motion++) {
         if (!moves(turn, (enum motion)motion))
             continue;
         hal_drive_request(b.drive, HAL_DRIVE_REQUEST_OFF);
@@ -235,19 +235,62 @@ static void does_not_leap(const struct kind_turn *turn)
     }
 }
 
+/* The set points rest in the tick in which it is to be off; the motor does not. */
+static void rests_and_is_off(const struct kind_turn *turn)
+{
+    get_moving(turn, STREAMED);
+    b.vel_q32 = 0;
+    tick();
+    hal_drive_request(b.drive, HAL_DRIVE_REQUEST_OFF);
+    while (b.turn->has_torque())
+        tick();
+    print_message("%s: %lld counts/s when torque went\n", turn->text,
+                  (long long)(b.cut_vel_q24 >> 24));
+    assert_true(llabs(b.cut_vel_q24 >> 24) < REST_COUNTS_S);
+}
+
+/* And what is asked for then does not soften it. */
+static void has_no_torque_at_once(const struct kind_turn *turn)
+{
+    for (int motion = STREAMED; motion <= HOMING; motion++) {
+        int took = 0;
+
+        if (!moves(turn, (enum motion)motion))
+            continue;
+        hal_drive_request(b.drive, HAL_DRIVE_REQUEST_TORQUE_OFF);
+        hal_drive_request(b.drive, HAL_DRIVE_REQUEST_OFF);
+        for (; b.turn->has_torque(); took++)
+            tick();
+        assert_in_range(took, 1, 4);
+        print_message("%s, %s: %d ms, %lld counts/s\n", turn->text,
+                      motion_text[motion], took,
+                      (long long)(b.cut_vel_q24 >> 24));
+        /* of 65536 streamed, less what a tick without torque takes */
+        assert_true(llabs(b.cut_vel_q24 >> 24) > 5 * REST_COUNTS_S);
+    }
+}
+
 /* Who moved it is gone, killed or hung; another looks for it. */
 static void is_taken_over(const struct kind_turn *turn)
 {
-    for (int motion = GOING; motion <= HOMING; motion++) {
+    for (int motion = STREAMED; motion <= HOMING; motion++) {
+        const struct hal_drive_found *found;
+
         if (!moves(turn, (enum motion)motion))
             continue;
+        b.streams = false;
         can_bus_init(&b.bus, &b.leaky.port.can);
         turn->restart(&b.bus);
         for (int i = 0; i < 500 && b.seen.state != HAL_DRIVE_QUICK_STOP; i++)
             tick();
         assert_int_equal(b.seen.state, HAL_DRIVE_QUICK_STOP);
+        found = b.drive->ops->found(b.drive);
+        assert_int_equal(found->count, 1);
         expect_ramp("taken over", (enum motion)motion);
         assert_int_equal(b.seen.state, HAL_DRIVE_OFF);
+        assert_false(found->goes_on);
+        if (motion == GOING) /* 10 units/s, or as fast as its ramp was */
+            assert_in_range(llabs(found->vel_q32), 5 * ONE, 11 * ONE);
     }
 }
 
@@ -282,6 +325,8 @@ EACH(one_without_heartbeats_is_ramped_down, heartbeats_end)
 EACH(one_that_is_not_heard_is_slowed_by_its_speed, the_line_falls_silent)
 EACH(one_that_sped_up_meanwhile_too, it_falls_silent_while_it_speeds_up)
 EACH(a_stop_as_it_arrives_home_is_no_leap, does_not_leap)
+EACH(what_rolls_still_is_waited_for, rests_and_is_off)
+EACH(torque_off_is_at_once, has_no_torque_at_once)
 EACH(one_that_is_taken_over_is_ramped_down, is_taken_over)
 EACH(one_that_goes_on_homing_is_disarmed, homing_goes_on_all_the_same)
 
@@ -299,6 +344,8 @@ int main(void)
         cmocka_unit_test(one_that_is_not_heard_is_slowed_by_its_speed),
         cmocka_unit_test(one_that_sped_up_meanwhile_too),
         cmocka_unit_test(a_stop_as_it_arrives_home_is_no_leap),
+        cmocka_unit_test(what_rolls_still_is_waited_for),
+        cmocka_unit_test(torque_off_is_at_once),
         cmocka_unit_test(one_that_is_taken_over_is_ramped_down),
         cmocka_unit_test(one_that_goes_on_homing_is_disarmed),
     };

@@ -139,7 +139,9 @@ static const struct {
       "a: ", "a: " },
     { "{fault: loss, axis: a, rate: 3 %, at: 1 s, for: 500 ms}", "done",
       "done" },
-    { "{fault: duplication, axis: a, rate: 20 %, at: 1 s}", "done", "done" },
+    /* of 30 seeds all are done at 1 %, none at 50 %, and at 20 % some */
+    { "{fault: duplication, axis: a, rate: 1 %, at: 1 s}", "done", "done" },
+    { "{fault: duplication, axis: a, rate: 50 %, at: 1 s}", "a: ", "a: " },
     { "{fault: duplication, axis: a, rate: 5 %, direction: to, at: 1 s}",
       "done", "done" },
     { "{fault: wrong_answer, axis: a, count: 30, direction: to, at: 1 s}",
