@@ -222,6 +222,11 @@ __attribute__((cold)) void controller_raise(struct controller *controller,
         controller_react(controller);
 }
 
+void controller_trip(struct controller *controller, enum controller_fault fault)
+{
+    controller_raise(controller, fault, -1, 0, 0);
+}
+
 /* -- set points --------------------------------------------------------- */
 
 static void controller_send(struct controller *controller, unsigned i)

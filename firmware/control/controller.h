@@ -125,7 +125,8 @@ enum controller_reaction {
       "the axis was not where it was sent in time")                            \
     X(CONTROLLER_FAULT_ESTOP_CHANNELS, CONTROLLER_REACT_STOP,                  \
       "the two channels of the e-stop disagree")                               \
-    X(CONTROLLER_FAULT_RUNAWAY, CONTROLLER_REACT_OFF, "the axis runs away")
+    X(CONTROLLER_FAULT_RUNAWAY, CONTROLLER_REACT_OFF, "the axis runs away")    \
+    X(CONTROLLER_FAULT_GUARDIAN, CONTROLLER_REACT_STOP, "the guardian was lost")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
@@ -419,6 +420,11 @@ int controller_reset(struct controller *controller);
  * go on from where it is. */
 int controller_set_position(struct controller *controller, unsigned index,
                             int64_t from_q32, int64_t to_q32);
+
+/* A fault of all axes that something beside the controller has found; its reaction
+ * begins at once.  Between ticks, after the first. */
+void controller_trip(struct controller *controller,
+                     enum controller_fault fault);
 
 /* Have the drives been waited for since `since_ns`, a tick's time: to be there,
  * enabled or off?  One that goes on is waited for; a step of any of them counts,

@@ -36,6 +36,7 @@ static void row_notes_begin(struct row_notes *notes,
             .warnings = row->bus_warnings[i],
             .ns = row->t_ns - notes->every_ns,
         };
+    notes->guardian_lost = row->guardian_lost;
     notes->begun = true;
 }
 
@@ -69,6 +70,21 @@ bool row_notes_bus(struct row_notes_bus *said, uint32_t warnings,
     return true;
 }
 
+bool row_notes_guardian(uint32_t *said, uint32_t lost)
+{
+    const bool is_new = lost != *said;
+    *said = lost;
+    return is_new;
+}
+
+const char *row_notes_guardian_text(bool is_gone)
+{
+    return is_gone ? "the guardian is gone: where slew is killed now, nothing "
+                     "but the drives' own watchdogs stops them"
+                   : "the guardian was killed or stopped: another has taken "
+                     "its place";
+}
+
 void row_notes_take(struct row_notes *notes, const struct telemetry_row *row,
                     void (*say)(void *context, const struct telemetry_row *row,
                                 const char *text),
@@ -100,4 +116,6 @@ void row_notes_take(struct row_notes *notes, const struct telemetry_row *row,
                      notes->rig->bus[i].name);
             say(context, row, text);
         }
+    if (row_notes_guardian(&notes->guardian_lost, row->guardian_lost))
+        say(context, row, row_notes_guardian_text(row->guardian_gone));
 }

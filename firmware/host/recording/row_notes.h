@@ -1,6 +1,6 @@
 /* firmware/host/recording/row_notes.h - what rows of telemetry say beside their
- * numbers, in words and as it begins: warnings of axes and buses, and what drives say
- * without being in fault.  A service, which has no rows, asks the same of what it
+ * numbers, in words and as it begins: warnings of axes and buses, what drives say
+ * without being in fault, and that the guardian was lost.  A service, which has no rows, asks the same of what it
  * has (row_notes_warning and after). */
 #ifndef FIRMWARE_HOST_RECORDING_ROW_NOTES_H
 #define FIRMWARE_HOST_RECORDING_ROW_NOTES_H
@@ -29,6 +29,7 @@ struct row_notes {
     const struct rig *rig;
     int64_t every_ns; /* of one drive, and of one bus, once in */
     bool begun;
+    uint32_t guardian_lost;
     struct row_notes_axis *axis;
     struct row_notes_bus *bus;
 };
@@ -42,6 +43,9 @@ bool row_notes_drive(struct row_notes_axis *said,
                      int64_t every_ns, struct hal_drive_events *more);
 bool row_notes_bus(struct row_notes_bus *said, uint32_t warnings,
                    int64_t now_ns, int64_t every_ns);
+/* Of the guardian, each time that it is lost: what has become of it. */
+bool row_notes_guardian(uint32_t *said, uint32_t lost);
+const char *row_notes_guardian_text(bool is_gone);
 
 /* All zero before; row_notes_free in the end. */
 void row_notes_init(struct row_notes *notes, const struct rig *rig,

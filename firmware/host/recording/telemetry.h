@@ -85,7 +85,11 @@ struct telemetry_row {
     uint32_t *bus_warnings; /* so far, of each of its buses; not in the file */
     struct telemetry_shot *shot; /* of its trigger lines, in order */
     unsigned shot_count;
-    uint64_t faults;    /* of a fault script, in force */
+    uint64_t faults; /* of a fault script, in force */
+    /* times that the guardian of real drives was lost; another has taken its place, or
+     * it is gone; not in the file */
+    uint32_t guardian_lost;
+    bool guardian_gone;
     uint32_t waits_for; /* this frame, from 1, until it is told to go on; 0: for
                            none; not in the file */
     /* of the move: how often it was played to its end, is to be played in all

@@ -329,12 +329,16 @@ bool rig_line_is_output(const struct rig_line *line);
 unsigned rig_trigger_count(const struct rig *rig);
 const char *rig_line_kind_text(enum rig_line_kind kind); /* "e-stop" ... */
 
+/* What the loss of the guardian (firmware/linux/machine/guardian.h) is. */
+enum rig_guardian { RIG_GUARDIAN_WARN, RIG_GUARDIAN_STOP };
+
 struct rig {
     struct memory_pool memory; /* of the arrays */
     char title[128];
     int64_t period_ns;    /* tick: whole us, 125 us .. 20 ms; 1 ms */
     int64_t heartbeat_ns; /* of the drives: whole ms, 10 ms .. 10 s; 100 ms */
-    int64_t watchdog_ns;  /* a drive stops when it has not heard us for this:
+    enum rig_guardian guardian; /* when it is lost, with real drives */
+    int64_t watchdog_ns; /* a drive stops when it has not heard us for this:
                              whole ms, 2 ticks .. 100 ms; 100 ms */
     struct rig_bus *bus;
     uint32_t bus_count;

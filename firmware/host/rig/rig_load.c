@@ -35,6 +35,19 @@ static int rig_read_watchdog(void *reader, const struct yaml_value *value,
                          RIG_MS, out);
 }
 
+const char *const rig_guardians[RIG_GUARDIANS] = { "warn", "stop" };
+
+static int rig_read_guardian(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    unsigned index;
+    (void)reader;
+    if (yaml_value_choice(value, rig_guardians, RIG_GUARDIANS, &index) < 0)
+        return -1;
+    *(enum rig_guardian *)out = (enum rig_guardian)index;
+    return 0;
+}
+
 static const struct yaml_field rig_fields[] = {
     { "title", YAML_OPTIONAL, "a text of at most 127 bytes", rig_read_title,
       offsetof(struct rig, title) },
@@ -44,6 +57,8 @@ static const struct yaml_field rig_fields[] = {
       rig_read_heartbeat, offsetof(struct rig, heartbeat_ns) },
     { "watchdog", YAML_OPTIONAL, "2 ticks .. 100 ms in whole ms",
       rig_read_watchdog, offsetof(struct rig, watchdog_ns) },
+    { "guardian", YAML_OPTIONAL, "warn or stop", rig_read_guardian,
+      offsetof(struct rig, guardian) },
     { "buses", YAML_OPTIONAL, "a map of 1 .. 32 buses by name", rig_read_buses,
       0 },
     { "axes", YAML_REQUIRED, "a map of 1 .. 64 axes by name", rig_read_axes,
@@ -73,6 +88,7 @@ const struct yaml_words rig_words[] = {
     { "line.active", rig_line_levels, RIG_LINE_LEVELS },
     { "line.bias", rig_line_biases, RIG_LINE_BIASES },
     { "jib.mount", rig_jib_mounts, RIG_JIB_MOUNTS },
+    { "rig.guardian", rig_guardians, RIG_GUARDIANS },
     { "payload.kind", rig_payload_kinds, RIG_PAYLOAD_KINDS },
     { NULL, NULL, 0 },
 };

@@ -204,6 +204,7 @@ RIG_KIND_LIST(RIG_KIND_SHAPE)
 #define RIG_LINE_LEVELS   2
 #define RIG_LINE_BIASES   4
 #define RIG_JIB_MOUNTS    3
+#define RIG_GUARDIANS     2
 extern const char *const rig_bus_kinds[RIG_BUS_KINDS];
 extern const char *const rig_drive_kinds[RIG_DRIVE_KINDS];
 extern const char *const rig_cia402_modes[RIG_CIA402_MODES];
@@ -216,6 +217,7 @@ extern const char *const rig_line_levels[RIG_LINE_LEVELS];
 extern const char *const rig_line_biases[RIG_LINE_BIASES];
 extern const char *const rig_shaper_kinds[PLAN_SHAPER_KINDS];
 extern const char *const rig_jib_mounts[RIG_JIB_MOUNTS];
+extern const char *const rig_guardians[RIG_GUARDIANS];
 extern const char *const rig_payload_kinds[RIG_PAYLOAD_KINDS];
 
 #endif

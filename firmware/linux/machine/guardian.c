@@ -20,10 +20,18 @@
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/machine/off.h"
 
-#define GUARDIAN_MOST_NS  (2 * GUARDIAN_LOOK_NS) /* that a look counts for */
+#define GUARDIAN_MS       INT64_C(1000000)
 #define GUARDIAN_GONE_MS  2000 /* a process that was killed is gone by then */
 #define GUARDIAN_PRIORITY 41   /* above the loop's: it may be what hangs */
 #define GUARDIAN_OPEN_NS  INT64_C(3000000000)
+
+/* What both processes have. */
+struct guardian_self {
+    struct guardian_page *page;
+    const struct rig *rig;
+    int alive; /* readable once the process is gone */
+    pid_t pid; /* of the process */
+};
 
 static int64_t guardian_now_ns(void)
 {
@@ -32,8 +40,84 @@ static int64_t guardian_now_ns(void)
     return now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
 }
 
-/* Nothing that a terminal or a supervisor sends to all is for it, and only what
- * it has to say holds a stream open. */
+/* --- the guardian --- */
+
+/* True: the process is gone. */
+static bool guardian_is_alone(const struct guardian_self *self, int wait_ms)
+{
+    struct pollfd look = { .fd = self->alive, .events = POLLIN };
+    return poll(&look, 1, wait_ms) > 0;
+}
+
+static const char *guardian_why(const struct guardian_page *page)
+{
+    if (atomic_load(&page->ticks) == 0)
+        return "";
+    switch (atomic_load(&page->end)) {
+    case GUARDIAN_DONE:
+        return "";
+    case GUARDIAN_LEFT:
+        return "it ended, and not every drive had confirmed that it is off";
+    default:
+        return "it ended without switching its drives off";
+    }
+}
+
+/* Until there is nothing to guard any more: "".  Else what has happened.  NULL: the
+ * keeper is gone. */
+static const char *guardian_look(const struct guardian_self *self, pid_t keeper)
+{
+    struct guardian_watch watch;
+    guardian_watch_init(&watch, guardian_now_ns());
+    while (!guardian_is_alone(self, (int)(GUARDIAN_LOOK_NS / GUARDIAN_MS))) {
+        atomic_fetch_add(&self->page->looks, 1);
+        if (getppid() != keeper)
+            return NULL;
+        if (!guardian_sees_hang(&watch, self->page, self->rig->period_ns,
+                                guardian_now_ns()))
+            continue;
+        (void)kill(self->pid, SIGKILL);
+        (void)guardian_is_alone(self, GUARDIAN_GONE_MS);
+        return "its loop hung, so it was killed";
+    }
+    return guardian_why(self->page);
+}
+
+const struct off_config guardian_off = { .real = true,
+                                         .open_ns = GUARDIAN_OPEN_NS,
+                                         .timeout_ns = GUARDIAN_OFF_NS,
+                                         .takes_over = true };
+
+static void guardian_take_off(const struct guardian_self *self, const char *why)
+{
+    const struct rig *rig = self->rig;
+    struct off_axis *axis = memory_new(rig->axis_count, sizeof *axis);
+    fprintf(stderr, "\nslew, process %ld: %s; taking torque off\n",
+            (long)self->pid, why);
+    (void)off_all(rig, &guardian_off, axis, NULL);
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        fprintf(stderr, "%s: %s\n", rig->axis[i].name, axis[i].text);
+    memory_free(axis);
+}
+
+/* --- the keeper --- */
+
+/* True: the guardian has done what there was to do, or another program does it. */
+static bool guardian_keep(pid_t guardian)
+{
+    int status = 0;
+    while (waitpid(guardian, &status, WUNTRACED) < 0)
+        if (errno != EINTR)
+            return false;
+    if (WIFSTOPPED(status)) { /* one that is stopped guards nothing */
+        (void)kill(guardian, SIGKILL);
+        (void)waitpid(guardian, &status, 0);
+    }
+    return WIFEXITED(status) || WTERMSIG(status) == GUARDIAN_GIVE_WAY;
+}
+
+/* Nothing that a terminal or a supervisor sends to all is for them, and only what
+ * they have to say holds a stream open. */
 static void guardian_stand_apart(void)
 {
     static const int ignored[] = { SIGINT,  SIGQUIT, SIGTERM, SIGHUP,
@@ -50,81 +134,31 @@ static void guardian_stand_apart(void)
     (void)sched_setscheduler(0, SCHED_FIFO, &first); /* if we may */
 }
 
-/* True: the process at the other end is gone. */
-static bool guardian_is_gone(int alive, int wait_ms)
-{
-    struct pollfd look = { .fd = alive, .events = POLLIN };
-    return poll(&look, 1, wait_ms) > 0;
-}
-
-void guardian_watch_init(struct guardian_watch *watch, int64_t period_ns,
-                         int64_t now_ns)
-{
-    const int64_t ticks_ns = GUARDIAN_HUNG_TICKS * period_ns;
-    *watch = (struct guardian_watch){
-        .hung_ns = ticks_ns > GUARDIAN_HUNG_NS ? ticks_ns : GUARDIAN_HUNG_NS,
-        .look_ns = now_ns,
-    };
-}
-
-bool guardian_watch_hangs(struct guardian_watch *watch,
-                          const struct guardian_page *page, int64_t now_ns)
-{
-    const uint64_t ticks = atomic_load(&page->ticks);
-    int64_t passed_ns = now_ns - watch->look_ns;
-    if (passed_ns > GUARDIAN_MOST_NS) /* we were not run either */
-        passed_ns = GUARDIAN_MOST_NS;
-    watch->still_ns = ticks == watch->ticks ? watch->still_ns + passed_ns : 0;
-    watch->ticks = ticks;
-    watch->look_ns = now_ns;
-    if (ticks == 0 || atomic_load(&page->done))
-        watch->still_ns = 0;
-    return watch->still_ns > watch->hung_ns;
-}
-
-/* Until there is nothing to guard any more: "".  Else what has happened. */
-static const char *guardian_look(const struct guardian_page *page, int alive,
-                                 pid_t pid, int64_t period_ns)
-{
-    struct guardian_watch watch;
-    guardian_watch_init(&watch, period_ns, guardian_now_ns());
-    while (!guardian_is_gone(alive, GUARDIAN_LOOK_NS / 1000000)) {
-        if (!guardian_watch_hangs(&watch, page, guardian_now_ns()))
-            continue;
-        (void)kill(pid, SIGKILL);
-        (void)guardian_is_gone(alive, GUARDIAN_GONE_MS);
-        return "its loop hung, so it was killed";
-    }
-    return atomic_load(&page->ticks) == 0 || atomic_load(&page->done)
-               ? ""
-               : "it ended without switching its drives off";
-}
-
-const struct off_config guardian_off = { .real = true,
-                                         .open_ns = GUARDIAN_OPEN_NS,
-                                         .timeout_ns = GUARDIAN_OFF_NS,
-                                         .takes_over = true };
-
-static void guardian_take_off(const struct rig *rig, const char *why, pid_t pid)
-{
-    struct off_axis *axis = memory_new(rig->axis_count, sizeof *axis);
-    fprintf(stderr, "\nslew, process %ld: %s; taking torque off\n", (long)pid,
-            why);
-    (void)off_all(rig, &guardian_off, axis, NULL);
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        fprintf(stderr, "%s: %s\n", rig->axis[i].name, axis[i].text);
-    memory_free(axis);
-}
-
-static void guardian_main(const struct guardian_page *page,
-                          const struct rig *rig, int alive, pid_t pid)
+/* Each round is a keeper's; who is its guardian comes out of it where the keeper is
+ * gone, and is the next one.  Without a process to be had it guards itself. */
+static void guardian_main(const struct guardian_self *self)
 {
     guardian_stand_apart();
-    const char *why = guardian_look(page, alive, pid, rig->period_ns);
-    if (why[0] != '\0')
-        guardian_take_off(rig, why, pid);
-    _exit(0);
+    for (;;) {
+        const pid_t keeper = getpid();
+        const pid_t pid = fork();
+        if (pid > 0 && guardian_keep(pid))
+            _exit(0);
+        if (pid <= 0) {
+            const char *why =
+                guardian_look(self, pid == 0 ? keeper : getppid());
+            if (why != NULL && why[0] != '\0')
+                guardian_take_off(self, why);
+            if (pid == 0 && getppid() == keeper)
+                (void)kill(keeper, SIGCONT); /* it may have been stopped */
+            if (why != NULL)
+                _exit(0);
+        }
+        atomic_fetch_add(&self->page->lost, 1);
+    }
 }
+
+/* --- the process's side --- */
 
 static int guardian_fail(struct guardian *guardian, const char *what)
 {
@@ -136,46 +170,74 @@ static int guardian_fail(struct guardian *guardian, const char *what)
     return -1;
 }
 
+/* Two pipes, of each a side is ours. */
+static int guardian_fork(struct guardian *guardian, const struct rig *rig,
+                         const int alive[2], const int gone[2])
+{
+    const struct guardian_self self = {
+        .page = guardian->page, .rig = rig, .alive = alive[0], .pid = getpid()
+    };
+    fflush(NULL);
+    guardian->pid = fork();
+    if (guardian->pid == 0) {
+        close(alive[1]);
+        close(gone[0]);
+        guardian_main(&self);
+    }
+    close(alive[0]);
+    close(gone[1]);
+    guardian->alive = alive[1];
+    guardian->gone = gone[0];
+    if (guardian->pid > 0)
+        return 0;
+    close(guardian->alive);
+    close(guardian->gone);
+    return guardian_fail(guardian, "fork");
+}
+
 int guardian_start(struct guardian *guardian, const struct rig *rig)
 {
-    int ends[2];
-    const pid_t self = getpid();
+    int alive[2], gone[2];
     void *page = mmap(NULL, sizeof *guardian->page, PROT_READ | PROT_WRITE,
                       MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     *guardian = (struct guardian){ .page = NULL };
     if (page == MAP_FAILED)
         return guardian_fail(guardian, "mmap");
     guardian->page = page;
-    if (pipe(ends) < 0)
+    if (pipe(alive) < 0)
         return guardian_fail(guardian, "pipe");
-    (void)fcntl(ends[1], F_SETFD, FD_CLOEXEC);
-    fflush(NULL);
-    guardian->pid = fork();
-    if (guardian->pid == 0) {
-        close(ends[1]);
-        guardian_main(guardian->page, rig, ends[0], self);
+    if (pipe(gone) < 0) {
+        close(alive[0]);
+        close(alive[1]);
+        return guardian_fail(guardian, "pipe");
     }
-    close(ends[0]);
-    guardian->alive = ends[1];
-    if (guardian->pid > 0)
-        return 0;
-    close(ends[1]);
-    return guardian_fail(guardian, "fork");
+    (void)fcntl(alive[1], F_SETFD, FD_CLOEXEC);
+    (void)fcntl(gone[0], F_SETFD, FD_CLOEXEC);
+    return guardian_fork(guardian, rig, alive, gone);
 }
 
 void guardian_done(struct guardian_page *page)
 {
     if (page != NULL)
-        atomic_store(&page->done, true);
+        atomic_store(&page->end, GUARDIAN_DONE);
+}
+
+void guardian_leave(struct guardian_page *page)
+{
+    if (page != NULL)
+        atomic_store(&page->end, GUARDIAN_LEFT);
 }
 
 void guardian_end(struct guardian *guardian)
 {
     if (guardian->page == NULL)
         return;
+    struct pollfd ended = { .fd = guardian->gone, .events = POLLIN };
+    const bool is_over = guardian_why(guardian->page)[0] == '\0';
     close(guardian->alive);
-    while (waitpid(guardian->pid, NULL, 0) < 0 && errno == EINTR)
-        ; /* it sees that our end is closed */
+    const bool is_awaited = is_over && poll(&ended, 1, GUARDIAN_GONE_MS) > 0;
+    (void)waitpid(guardian->pid, NULL, is_awaited ? 0 : WNOHANG);
+    close(guardian->gone);
     (void)munmap(guardian->page, sizeof *guardian->page);
     guardian->page = NULL;
 }

@@ -283,10 +283,21 @@ int machine_init(struct machine *machine, const struct rig *rig,
                    : MOTION_OK;
 }
 
+/* By the rig's choice to be without a guardian is a fault, as long as that lasts. */
+static void machine_look_at_guardian(struct machine *machine, int64_t now_ns)
+{
+    const bool is_lost =
+        guardian_sight_step(&machine->sight, machine->ports.guardian, now_ns);
+    if (machine->rig->guardian == RIG_GUARDIAN_STOP &&
+        machine->controller.ticks > 0 && (is_lost || machine->sight.is_gone))
+        controller_trip(&machine->controller, CONTROLLER_FAULT_GUARDIAN);
+}
+
 static struct hal_fieldbus_worst machine_begin(struct machine *machine,
                                                int64_t now_ns)
 {
     struct hal_fieldbus_worst worst = { HAL_FIELDBUS_GOOD, 0 };
+    machine_look_at_guardian(machine, now_ns);
     for (unsigned i = 0; i <= machine->rig->bus_count; i++) {
         const enum hal_fieldbus_health health =
             hal_fieldbus_begin(machine->fieldbus[i], now_ns);

@@ -69,6 +69,7 @@ struct machine {
                          was on its way to it, and has not said since that it
                          is off */
     uint64_t ticks;   /* of every kind, for the guardian */
+    struct guardian_sight sight; /* and what is seen of it */
     int64_t retry_ns; /* machine_tick_off: a lost drive is looked for anew */
     struct machine_trigger trigger[RIG_TRIGGERS_MAX];
     unsigned trigger_count;

@@ -19,6 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "firmware/linux/machine/guardian.h"
 #include "motion/core/err.h"
 
 #define LOCK_NO_BUS       UINT32_MAX /* of the rig file */
@@ -98,19 +99,22 @@ static uint32_t lock_own_bus(const struct lock_taker *self, const char *name)
     return LOCK_NO_BUS;
 }
 
-/* Take what another has: it is killed, and where that does not help its lock is
- * left to it. */
+/* Take what another has: it is told to give way, then killed, and where that does
+ * not help its lock is left to it. */
 static int lock_take_over(const char *name)
 {
     const struct timespec pause = { .tv_nsec = 10000000 };
     struct lock_holder holder;
     int file = -EADDRINUSE;
+    pid_t told = 0;
 
     for (int i = 0; i < LOCK_KILLED_TRIES && file == -EADDRINUSE; i++) {
         if (lock_ask(name, &holder) &&
             (holder.pid == 0 || holder.pid == getpid() ||
-             kill(holder.pid, SIGKILL) < 0))
+             kill(holder.pid,
+                  holder.pid == told ? SIGKILL : GUARDIAN_GIVE_WAY) < 0))
             break;
+        told = holder.pid;
         (void)nanosleep(&pause, NULL);
         file = lock_take(name);
     }

@@ -58,6 +58,8 @@ void recorder_look(struct telemetry_row *row, const struct machine *machine)
     row->rate = controller->rate;
     row->state = (int)controller->state;
     row->waits_for = machine->step.waits ? machine->step.frame : 0;
+    row->guardian_lost = machine->sight.lost;
+    row->guardian_gone = machine->sight.is_gone;
     row->played = machine->playback.played;
     row->times = machine->playback.times;
     row->is_ping_pong = machine->playback.is_ping_pong;
@@ -121,6 +123,8 @@ bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
     memcpy(to->shot, row->shot, to->shot_count * sizeof *to->shot);
     to->t_ns = row->t_ns;
     to->late_ns = row->late_ns;
+    to->guardian_lost = row->guardian_lost;
+    to->guardian_gone = row->guardian_gone;
     to->number = (uint32_t)(put + recorder->dropped);
     to->rate = row->rate;
     to->phase = row->phase;

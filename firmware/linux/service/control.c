@@ -9,6 +9,7 @@
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/recording/drive_events.h"
+#include "firmware/host/recording/row_notes.h"
 #include "firmware/linux/base/error.h"
 #include "motion/core/err.h"
 
@@ -155,6 +156,17 @@ static void control_bus(const struct service_control *control,
     cJSON_AddStringToObject(object, "text", text);
 }
 
+static void control_guardian(const struct service_control *control,
+                             const struct service_event *event, cJSON *object)
+{
+    const char *text = row_notes_guardian_text(event->is_gone);
+    (void)control;
+    cJSON_AddBoolToObject(object, "gone", event->is_gone);
+    cJSON_AddNumberToObject(object, "count", (double)event->count);
+    cJSON_AddStringToObject(object, "text", text);
+    error_say("slew: warning: %s", text);
+}
+
 static void control_fault(const struct service_control *control,
                           const struct service_event *event, cJSON *object)
 {
@@ -194,6 +206,7 @@ static void control_event(struct service_control *control,
         [SERVICE_EVENT_WARNING] = { "warning", control_warning },
         [SERVICE_EVENT_DRIVE] = { "drive", control_drive },
         [SERVICE_EVENT_BUS] = { "bus", control_bus },
+        [SERVICE_EVENT_GUARDIAN] = { "guardian", control_guardian },
     };
     cJSON *object = service_event_object(kind[event->kind].name, event->now_ns);
     cJSON_AddStringToObject(object, "state",

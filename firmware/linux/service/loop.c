@@ -108,6 +108,20 @@ static void loop_say_bus(struct service_loop *loop, unsigned i)
         service_board_put(&loop->board, &event);
 }
 
+static void loop_say_guardian(struct service_loop *loop)
+{
+    const struct guardian_sight *sight = &loop->machine->sight;
+    const struct service_event event = {
+        .kind = SERVICE_EVENT_GUARDIAN,
+        .now_ns = loop->now_ns,
+        .state = loop->machine->controller.state,
+        .count = sight->lost,
+        .is_gone = sight->is_gone,
+    };
+    if (row_notes_guardian(&loop->guardian_said, sight->lost))
+        service_board_put(&loop->board, &event);
+}
+
 static void loop_say_events(struct service_loop *loop)
 {
     const struct controller *controller = &loop->machine->controller;
@@ -118,6 +132,7 @@ static void loop_say_events(struct service_loop *loop)
         loop_say_axis(loop, i);
     for (unsigned i = 0; i < loop->machine->rig->bus_count; i++)
         loop_say_bus(loop, i);
+    loop_say_guardian(loop);
     if (controller->fault.fault != loop->fault &&
         controller->fault.fault != CONTROLLER_FAULT_NONE)
         loop_say(loop, SERVICE_EVENT_FAULT);

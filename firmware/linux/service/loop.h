@@ -80,6 +80,7 @@ struct service_loop {
     bool homing;
     struct row_notes_axis *axis_said;
     struct row_notes_bus *bus_said;
+    uint32_t guardian_said;
     struct service_shoot shoot;
     struct service_follow follow;
     int64_t viewed_ns; /* buses and lines, the last time */

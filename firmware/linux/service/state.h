@@ -49,13 +49,14 @@ struct service_state {
 };
 
 enum service_event_kind {
-    SERVICE_EVENT_STATE,   /* the controller's state has changed */
-    SERVICE_EVENT_FAULT,   /* text: what it is */
-    SERVICE_EVENT_HOMING,  /* it is over; text: why it failed, or "" */
-    SERVICE_EVENT_LOST,    /* ticks were lost: count */
-    SERVICE_EVENT_WARNING, /* of an axis; text: what it is */
-    SERVICE_EVENT_DRIVE,   /* what the drive of an axis says without a fault */
-    SERVICE_EVENT_BUS,     /* a bus warns: count, since the start */
+    SERVICE_EVENT_STATE,    /* the controller's state has changed */
+    SERVICE_EVENT_FAULT,    /* text: what it is */
+    SERVICE_EVENT_HOMING,   /* it is over; text: why it failed, or "" */
+    SERVICE_EVENT_LOST,     /* ticks were lost: count */
+    SERVICE_EVENT_WARNING,  /* of an axis; text: what it is */
+    SERVICE_EVENT_DRIVE,    /* what the drive of an axis says without a fault */
+    SERVICE_EVENT_BUS,      /* a bus warns: count, since the start */
+    SERVICE_EVENT_GUARDIAN, /* it was lost: count, since the start; is_gone */
 };
 
 struct service_event {
@@ -65,6 +66,7 @@ struct service_event {
     enum controller_fault fault;
     uint64_t count;
     unsigned index; /* WARNING, DRIVE: axis of the rig; BUS: bus */
+    bool is_gone;   /* GUARDIAN: no other has taken its place */
     union {
         struct warning warning;
         struct hal_drive_events drive; /* since the last such event */

@@ -506,6 +506,11 @@ static void cause_limit_lines_broken(struct bench *bench)
 {
     bench->limit[0].level = bench->limit[1].level = MOTION_E_IO;
 }
+static void cause_guardian(struct bench *bench)
+{
+    controller_trip(&bench->controller, CONTROLLER_FAULT_GUARDIAN);
+}
+
 static void cause_gate(struct bench *bench)
 {
     bench->drive[1].refuse = true;
@@ -538,6 +543,8 @@ static const struct {
       1, CONTROLLER_REACT_STOP },
     { "limit lines gone", cause_limit_lines_broken,
       CONTROLLER_FAULT_LIMIT_SWITCH, 1, 1, CONTROLLER_REACT_STOP },
+    { "the guardian", cause_guardian, CONTROLLER_FAULT_GUARDIAN, -1, 1,
+      CONTROLLER_REACT_STOP },
     { "gate", cause_gate, CONTROLLER_FAULT_GATE, 1, 1, CONTROLLER_REACT_QUICK },
 };
 

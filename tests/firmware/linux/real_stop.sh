@@ -186,7 +186,7 @@ second()
     ! grep -q "fault" "$dir/err" || fail "a fault"
     "$SLEW" off --real --take-over "$dir/another.yaml" >"$dir/second" 2>&1 ||
         fail "taken over: $(cat "$dir/second")"
-    ended 137
+    ended 138
     is_off "taken over"
 }
 

@@ -966,6 +966,8 @@ static const struct {
     { "rig_unknown_key.yaml", 8, 7, "unknown key 'velocty'" },
     { "rig_unknown_unit_word.yaml", 5, 11, "unknown unit 'furlong'" },
     { "rig_utf16.yaml", 1, 1, "byte \\xff is not UTF-8 text" },
+    { "rig_guardian.yaml", 2, 11,
+      "unknown guardian 'maybe', expected warn or stop" },
     { "rig_watchdog.yaml", 2, 11, "watchdog '15 ms' is out of range" },
     { "rig_wrong_unit.yaml", 8, 17,
       "velocity '800 kg' has the unknown unit 'kg'" },

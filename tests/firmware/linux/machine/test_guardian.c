@@ -1,7 +1,14 @@
 /* tests/firmware/linux/machine/test_guardian.c - when the guardian takes a loop
  * for hung, and how long it tries to switch drives off: the times of
- * docs/FAULTS.md, in injected and in virtual time. */
+ * docs/FAULTS.md, in injected and in virtual time; and who replaces one that is
+ * killed.  Reads the real clock. */
+#include <dirent.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <time.h>
 
 #include "firmware/linux/machine/off.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
@@ -16,13 +23,13 @@ static int64_t hung_at(int64_t period_ns, int64_t last_ns, int64_t phase_ns)
     struct guardian_page page = { 0 };
     struct guardian_watch watch;
 
-    guardian_watch_init(&watch, period_ns, phase_ns);
+    guardian_watch_init(&watch, phase_ns);
     for (int64_t at_ns = phase_ns + GUARDIAN_LOOK_NS; at_ns < 10000 * MS;
          at_ns += GUARDIAN_LOOK_NS) {
         const int64_t so_far_ns = at_ns < last_ns ? at_ns : last_ns;
 
         guardian_tick(&page, 1 + (uint64_t)(so_far_ns / period_ns));
-        if (guardian_watch_hangs(&watch, &page, at_ns))
+        if (guardian_sees_hang(&watch, &page, period_ns, at_ns))
             return at_ns;
     }
     return -1;
@@ -76,12 +83,12 @@ static void a_tick_begins_its_time_anew(void **state)
     int64_t at_ns = 0;
 
     (void)state;
-    guardian_watch_init(&watch, MS, at_ns);
+    guardian_watch_init(&watch, at_ns);
     for (uint64_t ticks = 1; ticks < 20; ticks++) {
         guardian_tick(&page, ticks);
         for (int look = 0; look < 13; look++) { /* 240 ms since the first */
             at_ns += GUARDIAN_LOOK_NS;
-            assert_false(guardian_watch_hangs(&watch, &page, at_ns));
+            assert_false(guardian_sees_hang(&watch, &page, MS, at_ns));
         }
     }
 }
@@ -94,17 +101,17 @@ static void there_is_nothing_to_guard(void **state)
     int64_t at_ns = 0;
 
     (void)state;
-    guardian_watch_init(&watch, MS, at_ns);
+    guardian_watch_init(&watch, at_ns);
     for (int look = 0; look < 1000; look++)
         assert_false(
-            guardian_watch_hangs(&watch, &page, at_ns += GUARDIAN_LOOK_NS));
+            guardian_sees_hang(&watch, &page, MS, at_ns += GUARDIAN_LOOK_NS));
     guardian_tick(&page, 1);
     assert_false(
-        guardian_watch_hangs(&watch, &page, at_ns += GUARDIAN_LOOK_NS));
+        guardian_sees_hang(&watch, &page, MS, at_ns += GUARDIAN_LOOK_NS));
     guardian_done(&page);
     for (int look = 0; look < 1000; look++)
         assert_false(
-            guardian_watch_hangs(&watch, &page, at_ns += GUARDIAN_LOOK_NS));
+            guardian_sees_hang(&watch, &page, MS, at_ns += GUARDIAN_LOOK_NS));
 }
 
 /* A look that is late counts as two, however late it is: as neither of the two
@@ -116,14 +123,14 @@ static void a_pause_of_the_computer_is_no_hang(void **state)
     int64_t at_ns = 0;
 
     (void)state;
-    guardian_watch_init(&watch, MS, at_ns);
+    guardian_watch_init(&watch, at_ns);
     guardian_tick(&page, 1);
     assert_false(
-        guardian_watch_hangs(&watch, &page, at_ns += GUARDIAN_LOOK_NS));
+        guardian_sees_hang(&watch, &page, MS, at_ns += GUARDIAN_LOOK_NS));
     for (int pause = 0; pause < 6; pause++)
         assert_false(
-            guardian_watch_hangs(&watch, &page, at_ns += 3600000 * MS));
-    assert_true(guardian_watch_hangs(&watch, &page, at_ns += 3600000 * MS));
+            guardian_sees_hang(&watch, &page, MS, at_ns += 3600000 * MS));
+    assert_true(guardian_sees_hang(&watch, &page, MS, at_ns += 3600000 * MS));
 }
 
 /* ---- what it does then --------------------------------------------------- */
@@ -159,9 +166,197 @@ static void it_is_tried_for_thirty_seconds(void **state)
     assert_non_null(strstr(text, "not confirmed off"));
 }
 
+/* ---- who looks after the guardian ----------------------------------------- */
+
+/* A tick, and a guardian that looks every 20 ms until `last_ns`.  When the tick has
+ * seen that it is lost; -1: not within 10 s. */
+static int64_t lost_at(int64_t period_ns, int64_t last_ns)
+{
+    struct guardian_page page = { 0 };
+    struct guardian_sight sight = { .lost = 0 };
+
+    for (int64_t at_ns = period_ns; at_ns < 10000 * MS; at_ns += period_ns) {
+        const int64_t so_far_ns = at_ns < last_ns ? at_ns : last_ns;
+
+        atomic_store(&page.looks, (uint64_t)(so_far_ns / GUARDIAN_LOOK_NS));
+        if (guardian_sight_step(&sight, &page, at_ns)) {
+            assert_true(sight.is_gone);
+            assert_int_equal(sight.lost, 1);
+            return at_ns;
+        }
+    }
+    return -1;
+}
+
+static void the_tick_sees_within_a_second_that_nobody_looks(void **state)
+{
+    static const int64_t period_ns[] = { MS / 8, MS, 5 * MS, 20 * MS };
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(period_ns); i++) {
+        const int64_t after_ns = lost_at(period_ns[i], 1000 * MS) - 1000 * MS;
+
+        print_message("a tick of %lld us: %lld ms after its last look\n",
+                      (long long)(period_ns[i] / 1000),
+                      (long long)(after_ns / MS));
+        assert_in_range(after_ns, 500 * MS, 1000 * MS);
+        assert_int_equal(lost_at(period_ns[i], INT64_MAX), -1);
+    }
+    assert_false(guardian_sight_step(NULL, NULL, 0)); /* there is none */
+}
+
+static void one_that_was_replaced_is_seen_at_the_next_tick(void **state)
+{
+    struct guardian_page page = { 0 };
+    struct guardian_sight sight = { .lost = 0 };
+
+    (void)state;
+    assert_false(guardian_sight_step(&sight, &page, MS));
+    atomic_fetch_add(&page.lost, 1);
+    assert_true(guardian_sight_step(&sight, &page, 2 * MS));
+    assert_false(guardian_sight_step(&sight, &page, 3 * MS));
+    assert_int_equal(sight.lost, 1);
+    assert_false(sight.is_gone);
+}
+
+/* Neither was run; each tick after it is one look of 40 ms at most. */
+static void a_pause_of_the_computer_is_no_loss(void **state)
+{
+    struct guardian_page page = { 0 };
+    struct guardian_sight sight = { .lost = 0 };
+    int64_t at_ns = MS;
+
+    (void)state;
+    assert_false(guardian_sight_step(&sight, &page, at_ns));
+    for (int pause = 0; pause < 17; pause++)
+        assert_false(guardian_sight_step(&sight, &page, at_ns += 3600000 * MS));
+    assert_true(guardian_sight_step(&sight, &page, at_ns += 3600000 * MS));
+}
+
+/* The parent of a process; 0: there is none. */
+static pid_t parent_of(pid_t pid)
+{
+    char path[64], line[512] = "";
+    int parent = 0;
+
+    snprintf(path, sizeof path, "/proc/%d/stat", (int)pid);
+    FILE *file = fopen(path, "r");
+    if (file == NULL)
+        return 0;
+    (void)!fgets(line, sizeof line, file);
+    (void)fclose(file);
+    const char *after = strrchr(line, ')');
+    if (after == NULL || sscanf(after, ") %*c %d", &parent) != 1)
+        return 0;
+    return parent;
+}
+
+static pid_t child_of(pid_t parent)
+{
+    DIR *directory = opendir("/proc");
+    pid_t found = 0;
+
+    assert_non_null(directory);
+    for (struct dirent *entry; (entry = readdir(directory)) != NULL;) {
+        const pid_t pid = (pid_t)atoi(entry->d_name);
+
+        if (pid > 0 && parent_of(pid) == parent)
+            found = pid;
+    }
+    closedir(directory);
+    return found;
+}
+
+static void moment(void)
+{
+    const struct timespec pause = { .tv_nsec = 10 * MS };
+
+    nanosleep(&pause, NULL);
+}
+
+/* Half a minute is for a machine that does something else. */
+#define WITHIN(what)                                                           \
+    do {                                                                       \
+        for (int n = 0; !(what); n++) {                                        \
+            assert_true(n < 3000);                                             \
+            moment();                                                          \
+        }                                                                      \
+    } while (0)
+
+static bool looks_on(struct guardian_page *page)
+{
+    const uint64_t looks = atomic_load(&page->looks);
+
+    for (int n = 0; n < 100; n++) {
+        moment();
+        if (atomic_load(&page->looks) != looks)
+            return true;
+    }
+    return false;
+}
+
+/* Whoever of the two is killed, or stopped, is replaced, as often as that is. */
+static void either_of_the_two_is_replaced(void **state)
+{
+    static const int how[] = { SIGKILL, SIGSTOP, SIGUSR2 };
+    struct rig rig = { 0 };
+    struct guardian guardian;
+    uint32_t lost = 0;
+    pid_t keeper;
+
+    (void)state;
+    bench_load("tests/data/cia402/rig.yaml", &rig);
+    assert_int_equal(guardian_start(&guardian, &rig), 0);
+    keeper = guardian.pid;
+    for (size_t i = 0; i < 2 * ARRAY_LEN(how); i++) {
+        const bool kills_keeper = i % 2 == 1;
+
+        WITHIN(child_of(keeper) != 0);
+        const pid_t other = child_of(keeper);
+        if (kills_keeper && how[i / 2] == SIGSTOP)
+            continue; /* it only waits, and the guardian goes on */
+        assert_int_equal(kill(kills_keeper ? keeper : other, how[i / 2]), 0);
+        lost++;
+        WITHIN(atomic_load(&guardian.page->lost) == lost);
+        assert_true(looks_on(guardian.page));
+        if (kills_keeper)
+            keeper = other;
+        else
+            WITHIN(parent_of(other) == 0); /* of two, none is left over */
+    }
+    guardian_done(guardian.page);
+    guardian_end(&guardian);
+    WITHIN(child_of(keeper) == 0 && parent_of(keeper) == 0);
+    rig_free(&rig);
+}
+
+/* To a program that takes over from it: neither comes back, which is seen. */
+static void one_that_gives_way_is_not_replaced(void **state)
+{
+    struct rig rig = { 0 };
+    struct guardian guardian;
+
+    (void)state;
+    bench_load("tests/data/cia402/rig.yaml", &rig);
+    assert_int_equal(guardian_start(&guardian, &rig), 0);
+    WITHIN(child_of(guardian.pid) != 0);
+    assert_int_equal(kill(child_of(guardian.pid), GUARDIAN_GIVE_WAY), 0);
+    WITHIN(waitpid(guardian.pid, NULL, WNOHANG) == guardian.pid);
+    assert_false(looks_on(guardian.page));
+    assert_int_equal(atomic_load(&guardian.page->lost), 0);
+    guardian_done(guardian.page);
+    guardian_end(&guardian);
+    rig_free(&rig);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_tick_sees_within_a_second_that_nobody_looks),
+        cmocka_unit_test(one_that_was_replaced_is_seen_at_the_next_tick),
+        cmocka_unit_test(a_pause_of_the_computer_is_no_loss),
+        cmocka_unit_test(either_of_the_two_is_replaced),
+        cmocka_unit_test(one_that_gives_way_is_not_replaced),
         cmocka_unit_test(a_loop_hangs_after_its_time),
         cmocka_unit_test(a_loop_that_ticks_hangs_never),
         cmocka_unit_test(a_tick_begins_its_time_anew),
