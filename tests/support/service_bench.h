@@ -45,7 +45,7 @@ static inline int service_bench_machine(struct service_bench *self)
         machine_init(&self->machine, &self->rig, &ports, message) < 0)
         return -1;
     memset(&self->loop, 0, sizeof self->loop);
-    service_loop_init(&self->loop, &self->machine, false, -1);
+    service_loop_init(&self->loop, &self->machine, -1);
     service_control_reserve(control, &self->loop.memory);
     control->holder = NULL;
     control->jogged = control->jog_stops = false;

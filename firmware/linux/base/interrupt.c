@@ -7,7 +7,7 @@
 #include "firmware/host/base/array.h"
 
 static volatile sig_atomic_t interrupt_count;
-static int64_t interrupt_first_ns; /* the handler's; signals wait for another */
+static int64_t interrupt_last_ns; /* the handler's; signals wait for another */
 
 static int64_t interrupt_now_ns(void)
 {
@@ -16,33 +16,37 @@ static int64_t interrupt_now_ns(void)
     return now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
 }
 
-/* From the first one on, not from the last: whoever hammers at the keys must
- * come to the second. */
+/* From the last one that counts on, not from the last one: whoever hammers at the
+ * keys must come to the second. */
 static void interrupt_on_press(int number)
 {
     const int64_t now_ns = interrupt_now_ns();
     (void)number;
-    if (interrupt_count == 0) {
-        interrupt_first_ns = now_ns;
-        interrupt_count = 1;
-    } else if (now_ns - interrupt_first_ns >= INTERRUPT_BOUNCE_NS) {
-        interrupt_count = 2;
-    }
+    if (interrupt_count > 0 && now_ns - interrupt_last_ns < INTERRUPT_BOUNCE_NS)
+        return;
+    interrupt_last_ns = now_ns;
+    interrupt_count++;
+}
+
+void interrupt_end(void)
+{
+    if (interrupt_count > 0)
+        return;
+    interrupt_last_ns = interrupt_now_ns();
+    interrupt_count = 1;
 }
 
 static void interrupt_on_end(int number)
 {
     (void)number;
-    if (interrupt_count == 0) {
-        interrupt_first_ns = interrupt_now_ns();
-        interrupt_count = 1;
-    }
+    interrupt_end();
 }
 
 static void interrupt_on_quit(int number)
 {
-    (void)number;
-    interrupt_count = 2;
+    interrupt_on_press(number);
+    if (interrupt_count < 2)
+        interrupt_count = 2;
 }
 
 /* The signals that mean stop, and who handled them before. */

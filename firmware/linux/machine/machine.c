@@ -218,6 +218,7 @@ static void machine_storage(struct machine *machine, const struct rig *rig)
     CAPACITY(playback_axis, axes);
     CAPACITY(switches, axes);
     CAPACITY(warnings, axes);
+    CAPACITY(found, axes);
     CAPACITY(homing_config, axes);
     CAPACITY(input, rig->line_count);
 #undef CAPACITY
@@ -324,6 +325,13 @@ static void machine_read_inputs(struct machine *machine, int64_t now_ns)
             gpio_debounce_step(&machine->input[i], now_ns);
 }
 
+const struct hal_drive_found *machine_found(const struct machine *machine,
+                                            unsigned axis)
+{
+    struct hal_drive *drive = machine->axis[axis];
+    return drive->ops->found != NULL ? drive->ops->found(drive) : NULL;
+}
+
 /* A drive that is lost, or in fault and says nothing of it, keeps what it
  * had. */
 static void machine_note_torque(struct machine *machine)
@@ -331,8 +339,13 @@ static void machine_note_torque(struct machine *machine)
     for (unsigned i = 0; i < machine->rig->axis_count; i++) {
         const struct hal_drive_feedback *feedback =
             &machine->controller.axis[i].feedback;
+        const struct hal_drive_found *found = machine_found(machine, i);
+        const bool is_found =
+            found != NULL && found->count != machine->found[i];
         const uint64_t bit = (uint64_t)1 << i;
-        if (feedback->state == HAL_DRIVE_ENABLING ||
+        if (is_found)
+            machine->found[i] = found->count;
+        if (is_found || feedback->state == HAL_DRIVE_ENABLING ||
             feedback->state == HAL_DRIVE_ENABLED ||
             feedback->state == HAL_DRIVE_QUICK_STOP)
             machine->powered |= bit;
@@ -352,13 +365,6 @@ static void machine_light(struct machine *machine)
     for (unsigned i = 0; i < machine->rig->line_count; i++)
         if (machine->rig->line[i].kind == RIG_LINE_LAMP)
             (void)hal_gpio_set(machine->ports.line[i], lit);
-}
-
-const struct hal_drive_found *machine_found(const struct machine *machine,
-                                            unsigned axis)
-{
-    struct hal_drive *drive = machine->axis[axis];
-    return drive->ops->found != NULL ? drive->ops->found(drive) : NULL;
 }
 
 static void machine_warn(struct machine *machine)
@@ -445,13 +451,24 @@ bool machine_is_off(const struct machine *machine)
     return machine->powered == 0;
 }
 
-bool machine_is_torque_lost(const struct machine *machine)
+static bool machine_has_powered(const struct machine *machine,
+                                enum hal_drive_state state)
 {
     for (unsigned i = 0; i < machine->rig->axis_count; i++)
         if ((machine->powered >> i & 1) != 0 &&
-            machine->controller.axis[i].feedback.state == HAL_DRIVE_OFFLINE)
+            machine->controller.axis[i].feedback.state == state)
             return true;
     return false;
+}
+
+bool machine_is_torque_lost(const struct machine *machine)
+{
+    return machine_has_powered(machine, HAL_DRIVE_OFFLINE);
+}
+
+bool machine_brakes(const struct machine *machine)
+{
+    return machine_has_powered(machine, HAL_DRIVE_QUICK_STOP);
 }
 
 void machine_torque_text(const struct machine *machine, unsigned axis,

@@ -31,6 +31,7 @@ struct machine_ports {
     struct hal_modbus **modbus;
     struct hal_gpio **line;         /* one per line of the rig */
     struct guardian_page *guardian; /* counts the ticks; NULL: nobody does */
+    bool is_real; /* of real drives, which may come back when they are lost */
 };
 
 /* Ports of a rig, none of which is there yet. */
@@ -63,6 +64,7 @@ struct machine {
     struct homing_config *homing_config;
     struct drive_monitor **monitor; /* around a drive; NULL: not monitored */
     struct machine_warnings *warnings;
+    uint32_t *found; /* times that its drive was found with torque, as seen */
     struct gpio_debounce *input; /* of lines that are inputs */
     bool lit;                    /* the lamps */
     uint64_t powered; /* a bit per axis that may have torque: it has had it, or
@@ -104,14 +106,14 @@ void machine_tick(struct machine *machine, int64_t now_ns);
 void machine_tick_quick_stop(struct machine *machine, int64_t now_ns);
 /* The same, but every drive is asked to be off, whatever the controller is
  * about; one that was lost is looked for, again and again.  What comes last on
- * every way out of the program: until machine_is_off(), or as long as there is
- * hope. */
-#define MACHINE_OFF_NS INT64_C(5000000000) /* is long enough for that */
+ * every way out of the program (shutdown.h). */
 void machine_tick_off(struct machine *machine, int64_t now_ns);
 /* Every drive that had torque has said itself that it is off. */
 bool machine_is_off(const struct machine *machine);
 /* One of those that have not is lost: it may come back. */
 bool machine_is_torque_lost(const struct machine *machine);
+/* One of them is there, and brakes by itself. */
+bool machine_brakes(const struct machine *machine);
 /* What the search for the drive of an axis found; NULL: it cannot tell. */
 const struct hal_drive_found *machine_found(const struct machine *machine,
                                             unsigned axis);

@@ -67,6 +67,7 @@ int machine_real_init(struct machine_real *real, const struct rig *rig,
     memset(real, 0, sizeof *real);
     machine_ports_init(ports, rig, &real->memory);
     ports->clock = clock_linux_init(&real->clock);
+    ports->is_real = true;
     real->is_open =
         memory_pool_new(&real->memory, rig->bus_count, sizeof *real->is_open);
     real->port =

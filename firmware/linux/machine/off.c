@@ -9,9 +9,10 @@
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/pace.h"
+#include "firmware/linux/machine/shutdown.h"
 #include "motion/core/err.h"
 
-#define OFF_LEAST_NS INT64_C(100000000) /* the last words get there */
+#define OFF_LEAST_NS INT64_C(100000000) /* no move came before */
 #define OFF_PAUSE_NS INT64_C(20000000)  /* between tries to open, */
 #define OFF_EAGER_NS INT64_C(200000000) /* and after so long as much as this */
 
@@ -23,7 +24,8 @@ struct off_bus {
     struct machine machine;
     struct machine_sim sim;
     struct machine_real real;
-    int64_t start_ns, now_ns;
+    struct shutdown shutdown;
+    int64_t now_ns;
     char message[YAML_MESSAGE_MAX]; /* why it is not open */
 };
 
@@ -60,20 +62,23 @@ static void off_open(struct off_bus *bus, const struct off_config *of,
         return;
     }
     bus->machine.powered = UINT64_MAX >> (64 - bus->rig.axis_count);
-    bus->start_ns = bus->now_ns = hal_clock_now_ns(ports.clock);
+    bus->now_ns = hal_clock_now_ns(ports.clock);
+    shutdown_init(&bus->shutdown, &bus->machine);
+    bus->shutdown.least_ns = OFF_LEAST_NS;
+    bus->shutdown.off_ns = of->timeout_ns;
+    bus->shutdown.gives_up = true; /* after that */
+    shutdown_begin(&bus->shutdown, bus->now_ns, 0);
     bus->phase = OFF_TICKING;
 }
 
-static void off_tick(struct off_bus *bus, int64_t timeout_ns)
+static void off_tick(struct off_bus *bus, int signals)
 {
     const int64_t period_ns = bus->rig.period_ns;
     int64_t late_ns;
     bus->now_ns = pace_wait(bus->machine.ports.clock, bus->now_ns + period_ns,
                             period_ns, &late_ns);
-    machine_tick_off(&bus->machine, bus->now_ns);
-    const int64_t so_far_ns = bus->now_ns - bus->start_ns;
-    if (so_far_ns >= timeout_ns ||
-        (so_far_ns >= OFF_LEAST_NS && machine_is_off(&bus->machine)))
+    (void)shutdown_stops(&bus->shutdown, bus->now_ns, signals);
+    if (shutdown_tick(&bus->shutdown, bus->now_ns))
         bus->phase = OFF_OVER;
 }
 
@@ -153,20 +158,21 @@ static void off_run(struct off_bus bus[], unsigned count,
     const struct timespec pause = { .tv_nsec = OFF_PAUSE_NS };
     bool busy = true;
     for (int64_t tried_ns = 0; busy; tried_ns += OFF_PAUSE_NS) {
+        const int signals = interrupts != NULL ? *interrupts : 0;
         bool ticks = false;
         busy = false;
         for (unsigned i = 0; i < count; i++) {
             if (bus[i].phase == OFF_CLOSED &&
                 (tried_ns < OFF_EAGER_NS || tried_ns % OFF_EAGER_NS == 0))
                 off_open(&bus[i], config, tried_ns);
+            if (bus[i].phase == OFF_CLOSED && signals >= 2)
+                bus[i].phase = OFF_OVER;
             if (bus[i].phase == OFF_TICKING) {
-                off_tick(&bus[i], config->timeout_ns);
+                off_tick(&bus[i], signals);
                 ticks = true;
             }
             busy |= bus[i].phase != OFF_OVER;
         }
-        if (interrupts != NULL && *interrupts > 0)
-            return;
         if (busy && !ticks)
             nanosleep(&pause, NULL);
     }
@@ -182,6 +188,7 @@ bool off_all(const struct rig *rig, const struct off_config *config,
     off_run(bus, rig->bus_count, config, interrupts);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         off_answer(&bus[i], rig, i, axis);
+        shutdown_free(&bus[i].shutdown);
         machine_free(&bus[i].machine);
         machine_sim_free(&bus[i].sim);
         machine_real_close(&bus[i].real);

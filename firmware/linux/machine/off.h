@@ -40,8 +40,9 @@ struct off_axis {
     bool found;
 };
 
-/* Fills in `axis`, one per axis of the rig.  Until all are off, in vain for so long, or *interrupts (NULL: none) counts.
- * True: all are. */
+/* Fill in `axis`, one per axis of the rig.  Until all are off, in vain for so
+ * long, or *interrupts (NULL: none) end that, as on every way out (shutdown.h): the
+ * first one is a stop, which is under way.  True: all are. */
 bool off_all(const struct rig *rig, const struct off_config *config,
              struct off_axis axis[], const volatile sig_atomic_t *interrupts);
 

@@ -21,8 +21,6 @@ static void player_storage(struct player *player, const struct rig *rig)
     struct telemetry_row *row = &player->row;
 #define CAPACITY(array, count)                                                 \
     array = memory_pool_new(&player->memory, count, sizeof *(array))
-    player->waiting_size = (size_t)axes * MACHINE_TORQUE_MAX;
-    CAPACITY(player->waiting, player->waiting_size);
     CAPACITY(player->busy_ns, rig->bus_count);
     row->shot_count = rig_trigger_count(rig);
     CAPACITY(row->axis, axes);
@@ -34,6 +32,7 @@ static void player_storage(struct player *player, const struct rig *rig)
 void player_free(struct player *player)
 {
     recorder_free(&player->recorder);
+    shutdown_free(&player->shutdown);
     memory_pool_free(&player->memory);
 }
 
@@ -50,6 +49,7 @@ void player_init(struct player *player, struct machine *machine,
     player->observer = *observer;
     player->standing_ns = -1;
     recorder_init(&player->recorder, &job->rig);
+    shutdown_init(&player->shutdown, machine);
     player->start = (struct run_start){ .wall_ns = config->start_wall_ns,
                                         .line = config->start_line };
     player->start_ns = run_start_align_ns(
@@ -134,12 +134,12 @@ static void player_next(struct player *player)
         player->late_ns = late_ns;
 }
 
-/* A stop by a key is the first interrupt.  Where the drives brake by themselves
- * there is nothing left to command. */
+/* A stop by a key is the first interrupt.  On the way out there is nothing left to
+ * command. */
 static int player_commands(struct player *player, int interrupts)
 {
     struct run_keys *keys = player->observer.keys;
-    if (keys != NULL && !player->quick &&
+    if (keys != NULL && player->shutdown.phase == SHUTDOWN_NONE &&
         mailbox_step(&keys->mailbox, &player->machine->playback))
         player->stopped = true;
     return interrupts == 0 && player->stopped ? 1 : interrupts;
@@ -162,8 +162,8 @@ static void player_tick(struct player *player, int interrupts)
         loads_step(player->config.loads, player->phase);
     player_next(player);
     interrupts = player_commands(player, interrupts);
-    player_phase_tick(player, interrupts);
-    player->enough = interrupts > 0;
+    player_phase_tick(
+        player, shutdown_stops(&player->shutdown, player->now_ns, interrupts));
     if (player->config.follow != NULL)
         run_follow_tick(player->config.follow);
     player_record(player);
@@ -190,16 +190,6 @@ struct player_thread {
     _Atomic bool end;
 };
 
-static void player_say_waiting(struct player *player)
-{
-    if (player->said || !atomic_load(&player->waits))
-        return;
-    player->said = true;
-    fprintf(stderr,
-            "\n%sit is tried until the drive answers; Ctrl-C ends that\n",
-            player->waiting);
-}
-
 static void *player_look_on(void *context)
 {
     struct player_thread *thread = context;
@@ -217,7 +207,7 @@ static void *player_look_on(void *context)
             (void)run_follow_poll(thread->player->config.follow,
                                   &thread->player->observer.keys->mailbox);
         run_start_say(&thread->player->start);
-        player_say_waiting(thread->player);
+        shutdown_say_waiting(&thread->player->shutdown);
         nanosleep(&pause, NULL);
     }
     return NULL;
@@ -258,7 +248,6 @@ static int player_loop_real(struct player *player,
     player_come_first();
     while (!player->ended)
         player_tick(player, *interrupts);
-    guardian_done(player->machine->ports.guardian);
     player_go_back();
     atomic_store(&thread.end, true);
     pthread_join(id, NULL);

@@ -12,9 +12,12 @@
  *   MOVE      the tracks, as often as they are to be played; what goes to
  *             another place of the move in between is recorded as APPROACH
  *   SETTLE    the axes come to rest; the end errors are measured
- *   STOP      torque off, until every drive says so, at most MACHINE_OFF_NS; no
- *             interrupt cuts it short.  A real drive that is lost is tried on
- *             until it answers, or the operator interrupts
+ *   STOP      torque off, until every drive says so
+ *
+ * The last of it, and what a fault or the operator makes of it, is the way out of
+ * every machine (firmware/linux/machine/shutdown.h): the phase stays what it was
+ * while the group comes to rest along its path, is SETTLE while it stands, or the
+ * drives brake, and STOP while torque goes.
  *
  * The loop counts the figures of the report and puts a row into a recorder.
  * What rows are for besides (CSV, trace, progress) is done in player_observe:
@@ -33,6 +36,7 @@
 #include "firmware/host/recording/trace.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_fault.h"
+#include "firmware/linux/machine/shutdown.h"
 #include "firmware/linux/player/arrivals.h"
 #include "firmware/linux/player/can_log.h"
 #include "firmware/linux/player/loads.h"
@@ -60,8 +64,6 @@ struct player_observer {
 
 struct player_config {
     bool realtime;
-    bool patient; /* a drive that is lost with torque is tried until it answers
-                     or the operator interrupts */
     int64_t override_q30;    /* 1 % .. 200 % */
     int64_t from_ns_q12;     /* of the move's time: begins there */
     int64_t times;           /* to be played; 0: once, -1: until a stop */
@@ -93,17 +95,13 @@ struct player {
     int64_t standing_ns;      /* since when a hold stands; -1: it does not */
     enum telemetry_phase phase;
     enum report_end end;
-    bool ended, approaching, is_arming, held, quick;
-    bool stopped;       /* the operator has asked for a stop by a key */
-    bool enough;        /* the operator has interrupted */
-    _Atomic bool waits; /* for a lost drive, and for nothing else */
-    bool said;          /* that it does, by who looks on */
+    bool ended, approaching, is_arming, held;
+    bool stopped; /* the operator has asked for a stop by a key */
+    struct shutdown shutdown;
     int64_t late_ns;
 
     /* one per axis or bus of the rig */
     struct memory_pool memory;
-    char *waiting; /* for which drives, in words, waiting_size bytes */
-    size_t waiting_size;
     int64_t *busy_ns;         /* at the start of the move */
     struct telemetry_row row; /* being filled in */
 };

@@ -10,11 +10,9 @@
 
 #define PLAYER_MS INT64_C(1000000)
 
-#define PLAYER_REST_NS       (200 * PLAYER_MS) /* after the approach */
-#define PLAYER_SETTLE_NS     (500 * PLAYER_MS)
-#define PLAYER_SHOTS_NS      (20000 * PLAYER_MS) /* pulses end, at most */
-#define PLAYER_STOP_NS       (300 * PLAYER_MS)   /* torque off, at least */
-#define PLAYER_QUICK_STOP_NS (3000 * PLAYER_MS)  /* at most */
+#define PLAYER_REST_NS   (200 * PLAYER_MS) /* after the approach */
+#define PLAYER_SETTLE_NS (500 * PLAYER_MS)
+#define PLAYER_SHOTS_NS  (20000 * PLAYER_MS) /* pulses end, at most */
 
 static void player_enter(struct player *player, enum telemetry_phase phase)
 {
@@ -27,11 +25,41 @@ static int64_t player_in_phase_ns(const struct player *player)
     return player->now_ns - player->phase_ns;
 }
 
+static void player_measure_load(struct player *player)
+{
+    int64_t dur_ns = player->now_ns - player->move_ns;
+    for (unsigned i = 0; i < player->job->rig.bus_count && dur_ns > 0; i++)
+        player->observer.report->bus[i].load =
+            (double)(machine_busy_ns(player->machine, i) - player->busy_ns[i]) /
+            (double)dur_ns;
+}
+
+/* On the way out: what is recorded follows it, once it is past the rest along the
+ * path. */
+static void player_follow_shutdown(struct player *player)
+{
+    const enum shutdown_phase way = player->shutdown.phase;
+    const enum telemetry_phase phase =
+        way >= SHUTDOWN_OFF ? TELEMETRY_STOP : TELEMETRY_SETTLE;
+    player->ended = way == SHUTDOWN_DONE;
+    if (way <= SHUTDOWN_REST || player->phase == phase)
+        return;
+    if (player->phase == TELEMETRY_MOVE)
+        player_measure_load(player);
+    if (way == SHUTDOWN_QUICK) {
+        player->end = REPORT_QUICK_STOPPED;
+        machine_trigger_end(player->machine);
+    }
+    if (phase == TELEMETRY_STOP)
+        machine_trigger_disarm(player->machine);
+    player_enter(player, phase);
+}
+
 static void player_finish(struct player *player, enum report_end end)
 {
     player->end = end;
-    machine_trigger_disarm(player->machine);
-    player_enter(player, TELEMETRY_STOP);
+    shutdown_begin(&player->shutdown, player->now_ns, 0);
+    player_follow_shutdown(player);
 }
 
 /* Axes of the move that have to be homed, a bit each. */
@@ -247,15 +275,6 @@ static void player_script(struct player *player)
         (void)playback_resume(&player->machine->playback);
 }
 
-static void player_measure_load(struct player *player)
-{
-    int64_t dur_ns = player->now_ns - player->move_ns;
-    for (unsigned i = 0; i < player->job->rig.bus_count && dur_ns > 0; i++)
-        player->observer.report->bus[i].load =
-            (double)(machine_busy_ns(player->machine, i) - player->busy_ns[i]) /
-            (double)dur_ns;
-}
-
 /* It stands, or goes on to the end of a frame: to rest along the path, and off
  * from there. */
 static void player_lose_step(struct player *player)
@@ -263,8 +282,7 @@ static void player_lose_step(struct player *player)
     snprintf(player->observer.report->fault_text,
              sizeof player->observer.report->fault_text, "%s",
              "the line that steps the shoot cannot be read");
-    player->end = REPORT_FAULT;
-    controller_stop(&player->machine->controller);
+    player_finish(player, REPORT_FAULT);
 }
 
 static void player_move(struct player *player)
@@ -291,47 +309,14 @@ static void player_settle(struct player *player)
         player_finish(player, player->end);
 }
 
-/* For who looks on, once. */
-static void player_wait(struct player *player)
-{
-    char text[MACHINE_TORQUE_MAX];
-    size_t at = 0;
-    if (atomic_load(&player->waits) || player->ended)
-        return;
-    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
-        machine_torque_text(player->machine, i, text);
-        if (text[0] != 0 && at < player->waiting_size)
-            at += (size_t)snprintf(player->waiting + at,
-                                   player->waiting_size - at, "%s: %s\n",
-                                   player->job->rig.axis[i].name, text);
-    }
-    atomic_store(&player->waits, true);
-}
-
-/* The last of every walk.  A lost drive may come back as long as nobody says
- * that it is enough. */
-static void player_stop(struct player *player)
-{
-    const int64_t in_phase_ns = player_in_phase_ns(player);
-    if (in_phase_ns < PLAYER_STOP_NS)
-        return;
-    if (machine_is_off(player->machine)) {
-        player->ended = true;
-    } else if (in_phase_ns >= MACHINE_OFF_NS) {
-        player->ended = !player->config.patient || player->enough ||
-                        !machine_is_torque_lost(player->machine);
-        player_wait(player);
-    }
-}
-
 void player_phase_step(struct player *player)
 {
-    static void (*const step[TELEMETRY_PHASES])(struct player *) = {
+    static void (*const step[])(struct player *) = {
         [TELEMETRY_ENABLE] = player_enable,     [TELEMETRY_HOME] = player_home,
         [TELEMETRY_APPROACH] = player_approach, [TELEMETRY_MOVE] = player_move,
-        [TELEMETRY_SETTLE] = player_settle,     [TELEMETRY_STOP] = player_stop,
+        [TELEMETRY_SETTLE] = player_settle,
     };
-    if (!player->quick || player->phase == TELEMETRY_STOP)
+    if (player->shutdown.phase == SHUTDOWN_NONE)
         step[player->phase](player);
 }
 
@@ -371,53 +356,18 @@ static void player_note_fault(struct player *player)
 static void player_watch(struct player *player)
 {
     player_note_fault(player);
-    if (player->machine->controller.state != CONTROLLER_FAULT ||
-        player->phase == TELEMETRY_STOP)
-        return;
-    if (player->phase == TELEMETRY_MOVE)
-        player_measure_load(player);
-    player_finish(player, REPORT_FAULT);
+    if (player->machine->controller.state == CONTROLLER_FAULT)
+        player_finish(player, REPORT_FAULT);
 }
 
-/* One: slow down along the path, then the walk goes on to its end from READY.
- * Without motion there is nothing to wait for. */
+/* Of a move it is measured where it has come to rest. */
 static void player_interrupt(struct player *player)
 {
+    const bool moves = player->phase >= TELEMETRY_MOVE;
     if (player->end == REPORT_DONE)
         player->end = REPORT_STOPPED;
-    controller_stop(&player->machine->controller);
-}
-
-/* What was interrupted goes on to nothing else; of a move it is measured first
- * where it has come to rest. */
-static void player_interrupted(struct player *player)
-{
-    const enum controller_state state = player->machine->controller.state;
-    if (player->end == REPORT_STOPPED && player->phase < TELEMETRY_MOVE &&
-        !homing_is_running(&player->machine->homing) &&
-        (state == CONTROLLER_READY || state == CONTROLLER_OFF))
-        player_finish(player, REPORT_STOPPED);
-}
-
-static void player_quick_begin(struct player *player)
-{
-    if (player->phase == TELEMETRY_MOVE)
-        player_measure_load(player);
-    player->quick = true;
-    machine_trigger_end(player->machine);
-    player->end = REPORT_QUICK_STOPPED;
-    player_enter(player, TELEMETRY_SETTLE);
-}
-
-static void player_quick_stop(struct player *player)
-{
-    if (!player->quick)
-        player_quick_begin(player);
-    machine_tick_quick_stop(player->machine, player->now_ns);
-    player_note_fault(player);
-    if (machine_is_at_rest(player->machine) ||
-        player_in_phase_ns(player) >= PLAYER_QUICK_STOP_NS)
-        player_finish(player, REPORT_QUICK_STOPPED);
+    shutdown_begin(&player->shutdown, player->now_ns,
+                   moves ? PLAYER_SETTLE_NS : 0);
 }
 
 /* Between ticks: windows of a compiled move go on with it. */
@@ -431,22 +381,25 @@ static void player_advance(struct player *player)
         compiled_fill(compiled);
 }
 
-static void player_normal(struct player *player, int interrupts)
+static void player_way_out(struct player *player)
 {
-    player_advance(player);
-    machine_tick(player->machine, player->now_ns);
-    player_watch(player);
-    if (interrupts == 1)
-        player_interrupt(player);
-    player_interrupted(player);
+    (void)shutdown_tick(&player->shutdown, player->now_ns);
+    player_note_fault(player);
+    if (player->shutdown.phase < SHUTDOWN_QUICK &&
+        player->machine->controller.state == CONTROLLER_FAULT)
+        player->end = REPORT_FAULT;
+    player_follow_shutdown(player);
 }
 
-void player_phase_tick(struct player *player, int interrupts)
+void player_phase_tick(struct player *player, int stops)
 {
-    if (player->phase == TELEMETRY_STOP)
-        machine_tick_off(player->machine, player->now_ns);
-    else if (interrupts >= 2)
-        player_quick_stop(player);
-    else
-        player_normal(player, interrupts);
+    if (stops > 0 && player->shutdown.phase == SHUTDOWN_NONE)
+        player_interrupt(player);
+    player_advance(player);
+    if (player->shutdown.phase != SHUTDOWN_NONE) {
+        player_way_out(player);
+    } else {
+        machine_tick(player->machine, player->now_ns);
+        player_watch(player);
+    }
 }

@@ -5,8 +5,8 @@
 
 #include "firmware/linux/player/player.h"
 
-/* The machine's tick at now_ns.  `interrupts`: as player_run. */
-void player_phase_tick(struct player *player, int interrupts);
+/* The machine's tick at now_ns.  `stops`: signals of the operator so far. */
+void player_phase_tick(struct player *player, int stops);
 
 /* After it, once its row is recorded: what the phase does next, or the next
  * phase. */

@@ -84,8 +84,6 @@ void report_free(struct report *report);
 void report_take(struct report *report, const struct telemetry_row *row);
 /* Where axis i of the move is at the end, from where it should be. */
 int64_t report_end_error(const struct report *report, unsigned i);
-/* "pan: torque is not confirmed off: ..." of each; nothing when all are off. */
-void report_torque(const struct report *report, FILE *file);
 /* "done", "stopped by a fault" ... */
 const char *report_end_text(enum report_end end);
 /* "pan: the axis does not follow ...: REASON"; "" when there is none. */

@@ -200,7 +200,8 @@ static void report_clock(const struct report *report, FILE *file)
               file);
 }
 
-void report_torque(const struct report *report, FILE *file)
+/* "pan: torque is not confirmed off: ..." of each; nothing when all are off. */
+static void report_torque(const struct report *report, FILE *file)
 {
     for (uint32_t i = 0; i < report->job->rig.axis_count; i++)
         if (report->torque[i][0] != 0)

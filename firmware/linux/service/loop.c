@@ -11,18 +11,16 @@
 #include "firmware/linux/machine/pace.h"
 #include "motion/core/err.h"
 
-#define LOOP_OFF_NS      INT64_C(300000000)  /* torque off, at least */
-#define LOOP_QUICK_NS    INT64_C(3000000000) /* quick stop, at most */
 #define LOOP_SAID_NS     INT64_C(1000000000) /* once in */
 #define LOOP_VIEW_NS     INT64_C(50000000)   /* between two looks at buses */
 #define LOOP_STACK       262144
 #define LOOP_FAULT_TICKS 32 /* between two looks at page faults */
 
 void service_loop_init(struct service_loop *loop, struct machine *machine,
-                       bool is_real, int cpu)
+                       int cpu)
 {
     loop->machine = machine;
-    loop->is_real = is_real;
+    shutdown_init(&loop->shutdown, machine);
     loop->cpu = cpu;
     loop->now_ns = hal_clock_now_ns(machine->ports.clock);
     loop->state = machine->controller.state;
@@ -41,6 +39,7 @@ void service_loop_init(struct service_loop *loop, struct machine *machine,
 
 void service_loop_free(struct service_loop *loop)
 {
+    shutdown_free(&loop->shutdown);
     memory_pool_free(&loop->memory);
 }
 
@@ -293,54 +292,6 @@ static bool loop_request(struct service_loop *loop, bool is_stopped)
 
 /* --- the tick --- */
 
-static bool loop_moves(const struct machine *machine)
-{
-    const enum controller_state state = machine->controller.state;
-    return homing_is_running(&machine->homing) || state == CONTROLLER_MOVING ||
-           state == CONTROLLER_HOLDING || state == CONTROLLER_STOPPING;
-}
-
-static void loop_enter(struct service_loop *loop, int phase)
-{
-    loop->phase = phase == SERVICE_REST ? SERVICE_REST : SERVICE_OFF;
-    loop->phase_ns = loop->now_ns;
-    service_shoot_drop(&loop->shoot, loop->machine);
-}
-
-static void loop_rest(struct service_loop *loop, int end)
-{
-    struct machine *machine = loop->machine;
-    if (end < 2 && loop_moves(machine)) {
-        controller_stop(&machine->controller);
-        machine_tick(machine, loop->now_ns);
-        loop->phase_ns = loop->now_ns; /* a quick stop has all of its time */
-    } else if (end < 2 || loop->now_ns - loop->phase_ns >= LOOP_QUICK_NS) {
-        loop_enter(loop, SERVICE_OFF);
-    } else {
-        machine_tick_quick_stop(machine, loop->now_ns);
-        if (machine_is_at_rest(machine))
-            loop_enter(loop, SERVICE_OFF);
-    }
-}
-
-/* A real drive that is lost with torque may come back until somebody says that
- * it is enough. */
-static void loop_off(struct service_loop *loop, int end)
-{
-    struct machine *machine = loop->machine;
-    const int64_t in_phase_ns = loop->now_ns - loop->phase_ns;
-    machine_tick_off(machine, loop->now_ns);
-    if (in_phase_ns < LOOP_OFF_NS)
-        return;
-    if (machine_is_off(machine)) {
-        atomic_store(&loop->ended, true);
-    } else if (in_phase_ns >= MACHINE_OFF_NS) {
-        if (!loop->is_real || end >= 2 || !machine_is_torque_lost(machine))
-            atomic_store(&loop->ended, true);
-        atomic_store(&loop->waits, true);
-    }
-}
-
 /* Before its first tick the controller has no time to count from. */
 static bool loop_obey(struct service_loop *loop)
 {
@@ -365,17 +316,17 @@ static void loop_run(struct service_loop *loop)
 
 static void loop_step(struct service_loop *loop)
 {
-    const int end = atomic_load(&loop->end);
-    if (loop->phase == SERVICE_RUN && end > 0)
-        loop_enter(loop, SERVICE_REST);
-    if (loop->phase == SERVICE_RUN) {
+    const int stops =
+        shutdown_stops(&loop->shutdown, loop->now_ns, atomic_load(&loop->end));
+    if (loop->shutdown.phase == SHUTDOWN_NONE && stops == 0) {
         loop_run(loop);
         return;
     }
-    if (loop->phase == SERVICE_REST)
-        loop_rest(loop, end);
-    else
-        loop_off(loop, end);
+    if (loop->shutdown.phase == SHUTDOWN_NONE)
+        service_shoot_drop(&loop->shoot, loop->machine);
+    shutdown_begin(&loop->shutdown, loop->now_ns, 0);
+    if (shutdown_tick(&loop->shutdown, loop->now_ns))
+        atomic_store(&loop->ended, true);
     loop_say_events(loop);
     loop_publish(loop);
 }
@@ -419,7 +370,6 @@ static void *loop_main(void *context)
             loop->page_faults = loop_page_faults() - loop->page_faults_before;
         service_loop_tick(loop);
     }
-    guardian_done(loop->machine->ports.guardian);
     return NULL;
 }
 

@@ -1,9 +1,8 @@
 /* firmware/linux/service/loop.h - the tick of a service, in a thread of its
  * own.
  *
- *   RUN ---- end asked for ----> REST ---- at rest ----> OFF ---> ended
- *    commands, moves              stops, or the           torque off, until
- *                                 drives' quick stop      each drive says so
+ * Until its end is asked for it does commands and moves; then it takes the way out
+ * (firmware/linux/machine/shutdown.h), and has ended.
  *
  * It looks at the mailbox and at one request per tick, and says what it did on
  * the board.  It allocates nothing, takes no lock, opens and writes nothing:
@@ -16,6 +15,7 @@
 #include "firmware/control/mailbox.h"
 #include "firmware/control/playback.h"
 #include "firmware/host/recording/row_notes.h"
+#include "firmware/linux/machine/shutdown.h"
 #include "firmware/linux/service/follow.h"
 #include "firmware/linux/service/frames.h"
 #include "firmware/linux/service/recording.h"
@@ -57,22 +57,20 @@ struct service_loop {
     struct service_board board;
     struct service_frames *frames;       /* NULL: nobody takes any */
     struct service_recording *recording; /* NULL: there is none */
-    bool is_real;
-    int cpu;          /* -1: any */
-    pthread_t thread; /* once it was started */
+    int cpu;                             /* -1: any */
+    pthread_t thread;                    /* once it was started */
 
     /* The sender's while FREE or DONE, the tick's while ASKED. */
     struct service_request request;
-    _Atomic int turn;    /* enum service_request_turn */
-    _Atomic int end;     /* asked for: 1 stop and off, 2 by quick stop */
-    _Atomic bool ended;  /* nothing runs any more */
-    _Atomic bool waits;  /* for a lost drive, and for nothing else */
+    _Atomic int turn;   /* enum service_request_turn */
+    _Atomic int end;    /* asked for so often: signals, interrupt.h */
+    _Atomic bool ended; /* nothing runs any more */
+    struct shutdown shutdown;
     _Atomic int refused; /* errno why it has no real-time priority; 0: it has */
 
     /* the tick's alone */
-    int64_t now_ns, phase_ns, late_ns, late_most_ns;
+    int64_t now_ns, late_ns, late_most_ns;
     long page_faults_before, page_faults;
-    enum { SERVICE_RUN, SERVICE_REST, SERVICE_OFF } phase;
     uint64_t lost; /* as it was said last, and when */
     int64_t lost_ns;
     enum controller_state state;
@@ -89,7 +87,7 @@ struct service_loop {
 
 /* `loop` is all zero; service_loop_free in the end. */
 void service_loop_init(struct service_loop *loop, struct machine *machine,
-                       bool is_real, int cpu);
+                       int cpu);
 /* Waits for the next tick and does it: all that the thread does, for whoever has
  * none. */
 void service_loop_tick(struct service_loop *loop);

@@ -199,31 +199,15 @@ static void service_feed(struct service *self)
 static void service_serve(struct service *self,
                           const volatile sig_atomic_t *interrupts)
 {
-    bool said = false;
     while (!self->loop.ended) {
         service_control_step(&self->control, SERVICE_STEP_MS);
         service_feed(self);
         if (*interrupts > 0 && self->loop.end == 0)
             service_notify("STOPPING=1");
         self->loop.end = *interrupts;
-        if (self->loop.waits && !said)
-            fputs("a drive that may have torque is lost: it is tried until it "
-                  "answers; Ctrl-C ends that\n",
-                  stderr);
-        said = self->loop.waits;
+        shutdown_say_waiting(&self->loop.shutdown);
     }
     service_loop_join(&self->loop);
-}
-
-static enum status service_torque(const struct service *self)
-{
-    char text[MACHINE_TORQUE_MAX];
-    for (unsigned i = 0; i < self->rig.axis_count; i++) {
-        machine_torque_text(&self->machine, i, text);
-        if (text[0] != '\0')
-            error_say("%s: %s", self->rig.axis[i].name, text);
-    }
-    return machine_is_off(&self->machine) ? STATUS_OK : STATUS_REFUSED;
 }
 
 /* The tick runs already: where this fails it has to end. */
@@ -259,7 +243,8 @@ static enum status service_live(struct service *self)
         self->watchdog_ns = service_notify_watchdog_ns();
         service_notify("READY=1");
         service_serve(self, interrupts);
-        status = service_torque(self);
+        status =
+            shutdown_say_torque(&self->machine) ? STATUS_OK : STATUS_REFUSED;
     }
     interrupt_listen_no_more();
     return status;
@@ -314,8 +299,7 @@ enum status service_run(const struct service_config *config)
     if (status == STATUS_OK)
         status = service_machine(self);
     if (status == STATUS_OK) {
-        service_loop_init(&self->loop, &self->machine, config->real,
-                          config->cpu);
+        service_loop_init(&self->loop, &self->machine, config->cpu);
         service_frames_init(&self->frames, &self->rig, &self->loop.memory);
         self->loop.frames = config->beside != NULL ? &self->frames : NULL;
         service_recording_init(&self->recording, config->recordings, &self->rig,

@@ -356,7 +356,9 @@ static enum status capture_all(struct cmd_capture *self)
         status = capture_axes(self);
     if (status != STATUS_OK)
         return status;
-    status = capture_run(self, interrupt_listen());
+    const volatile sig_atomic_t *interrupts = interrupt_listen();
+    status = capture_run(self, interrupts);
+    live_leave(&self->live, interrupts);
     interrupt_listen_no_more();
     if (status == STATUS_OK)
         status = capture_simplify(self);

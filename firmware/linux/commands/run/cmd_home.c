@@ -125,9 +125,7 @@ static enum status cmd_home_live(struct cmd_home *self)
     const int64_t start_ns = live->now_ns;
     if (enabled)
         homing_start(homing, self->axes);
-    while (homing_is_running(homing) && *interrupts < 2) {
-        if (*interrupts == 1)
-            controller_stop(&live->machine.controller);
+    while (homing_is_running(homing) && *interrupts == 0) {
         live_tick(live);
         cmd_home_progress(self, &shown);
     }

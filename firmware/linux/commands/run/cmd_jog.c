@@ -76,12 +76,8 @@ static enum status cmd_jog_once(struct cmd_jog *self,
     }
     while ((controller->state == CONTROLLER_MOVING ||
             controller->state == CONTROLLER_STOPPING) &&
-           *interrupts < 2) {
-        if (*interrupts == 1)
-            controller_jog_stop(&live->machine.controller, &live->machine.jog,
-                                true);
+           *interrupts == 0)
         live_tick(live);
-    }
     self->result.dur_ns = live->now_ns - start_ns;
     for (int i = 0; i < 100 && controller->state == CONTROLLER_READY; i++)
         live_tick(live); /* the servo settles */
@@ -107,11 +103,8 @@ static enum status cmd_jog_home(struct cmd_jog *self,
         return STATUS_REFUSED;
     }
     homing_start(&machine->homing, (uint64_t)1 << self->want.axis);
-    while (homing_is_running(&machine->homing) && *interrupts < 2) {
-        if (*interrupts == 1)
-            controller_stop(&machine->controller);
+    while (homing_is_running(&machine->homing) && *interrupts == 0)
         live_tick(&self->live);
-    }
     if (machine->homing.state == HOMING_DONE)
         return STATUS_OK;
     error_say("slew jog: homing of %s: %s", cmd_jog_axis(self)->name,

@@ -336,6 +336,7 @@ static enum status cmd_monitor_rig(struct cmd_monitor *self)
         monitor_once(self, interrupts);
     else
         monitor_loop(self, interrupts);
+    live_leave(&self->live, interrupts);
     interrupt_listen_no_more();
     if (status != STATUS_OK)
         return status;

@@ -54,7 +54,7 @@ static enum status cmd_off_rig(const struct rig *rig,
         .real = options->real,
         .kills = options->take_over,
         .timeout_ns =
-            options->timeout_ns > 0 ? options->timeout_ns : MACHINE_OFF_NS,
+            options->timeout_ns > 0 ? options->timeout_ns : SHUTDOWN_OFF_NS,
     };
     const volatile sig_atomic_t *interrupts = interrupt_listen();
     const bool all = off_all(rig, &config, axis, interrupts);

@@ -252,7 +252,6 @@ static struct player_config cmd_run_config(struct cmd_run *self)
     const struct run_when *when = &self->when;
     return (struct player_config){
         .realtime = run_when_is_on_clock(options),
-        .patient = options->real,
         .override_q30 = when->play_q30,
         .from_ns_q12 = when->from_ns_q12,
         .times = when->times,
@@ -412,7 +411,7 @@ static enum status cmd_run_end(const struct report *report)
 
 static void cmd_run_report(struct cmd_run *self)
 {
-    report_torque(&self->report, stderr);
+    (void)shutdown_say_torque(&self->live.machine);
     if (self->options->json) {
         report_json(&self->report, stdout);
         return;

@@ -6,13 +6,13 @@
 
 #include "firmware/host/job/job.h"
 #include "firmware/linux/base/error.h"
+#include "firmware/linux/base/interrupt.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/pace.h"
 #include "motion/core/err.h"
 
-#define LIVE_STOP_NS  INT64_C(300000000)
-#define LIVE_QUICK_NS INT64_C(3000000000)
+#define LIVE_LOOK_NS INT64_C(300000000) /* --dry-run: at least */
 
 enum status live_use(struct live *live, const struct options *options,
                      struct rig *rig)
@@ -42,7 +42,6 @@ enum status live_ports(struct live *live, const struct options *options,
                        struct machine_ports *ports)
 {
     char message[YAML_MESSAGE_MAX];
-    live->is_real = options->real;
     live->on_clock = options->real || options->realtime || options->pty;
     char path[PLANNING_PATH_MAX];
     enum status status = planning_rig_path(options->path[0], path);
@@ -76,6 +75,7 @@ enum status live_build(struct live *live, const struct options *options,
         return error_file(options->path[0], message);
     live->start_ns = hal_clock_now_ns(ports->clock);
     live->now_ns = live->start_ns;
+    shutdown_init(&live->shutdown, &live->machine);
     return STATUS_OK;
 }
 
@@ -104,6 +104,7 @@ void live_close(struct live *live)
     machine_modbus_close(&live->pty);
     machine_real_close(&live->real);
     guardian_end(&live->guardian);
+    shutdown_free(&live->shutdown);
     live_warn_free(&live->warn);
     machine_free(&live->machine);
     machine_sim_free(&live->sim);
@@ -137,14 +138,9 @@ static void live_wait(struct live *live)
 void live_tick(struct live *live)
 {
     live_wait(live);
+    (void)shutdown_stops(&live->shutdown, live->now_ns, 0);
     machine_tick(&live->machine, live->now_ns);
     live_warn_step(&live->warn, &live->machine, live->now_ns);
-}
-
-static void live_tick_quick_stop(struct live *live)
-{
-    live_wait(live);
-    machine_tick_quick_stop(&live->machine, live->now_ns);
 }
 
 bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts)
@@ -158,66 +154,21 @@ bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts)
     return controller->state == CONTROLLER_READY;
 }
 
-static void live_quick_stop(struct live *live)
-{
-    const int64_t until_ns = live->now_ns + LIVE_QUICK_NS;
-    do
-        live_tick_quick_stop(live);
-    while (!machine_is_at_rest(&live->machine) && live->now_ns < until_ns);
-}
-
-/* To rest first, as it was asked for last; by the drives' own quick stop at a
- * second interrupt. */
-static void live_rest(struct live *live,
-                      const volatile sig_atomic_t *interrupts)
-{
-    struct machine *machine = &live->machine;
-    const struct controller *controller = &machine->controller;
-    while ((homing_is_running(&machine->homing) ||
-            controller->state == CONTROLLER_MOVING ||
-            controller->state == CONTROLLER_HOLDING ||
-            controller->state == CONTROLLER_STOPPING) &&
-           *interrupts < 2) {
-        controller_stop(&machine->controller);
-        live_tick(live);
-    }
-    if (*interrupts >= 2)
-        live_quick_stop(live);
-}
-
-static bool live_say_torque(const struct live *live, const char *after)
-{
-    char text[MACHINE_TORQUE_MAX];
-    for (unsigned i = 0; i < live->rig->axis_count; i++) {
-        machine_torque_text(&live->machine, i, text);
-        if (text[0] != 0)
-            error_say("%s: %s%s", live->rig->axis[i].name, text, after);
-    }
-    return machine_is_off(&live->machine);
-}
-
-static void live_tick_off(struct live *live)
-{
-    live_wait(live);
-    machine_tick_off(&live->machine, live->now_ns);
-}
-
 bool live_off(struct live *live, const volatile sig_atomic_t *interrupts)
 {
-    struct machine *machine = &live->machine;
-    live_rest(live, interrupts);
-    const int64_t start_ns = live->now_ns;
-    while (
-        live->now_ns < start_ns + LIVE_STOP_NS ||
-        (!machine_is_off(machine) && live->now_ns < start_ns + MACHINE_OFF_NS))
-        live_tick_off(live);
-    if (live->is_real && machine_is_torque_lost(machine) && *interrupts == 0)
-        (void)live_say_torque(
-            live, "; it is tried until the drive answers; Ctrl-C ends that");
-    while (live->is_real && machine_is_torque_lost(machine) && *interrupts == 0)
-        live_tick_off(live);
-    guardian_done(live->machine.ports.guardian);
-    return live_say_torque(live, "");
+    shutdown_begin(&live->shutdown, live->now_ns, 0);
+    do {
+        live_wait(live);
+        (void)shutdown_stops(&live->shutdown, live->now_ns, *interrupts);
+        shutdown_say_waiting(&live->shutdown);
+    } while (!shutdown_tick(&live->shutdown, live->now_ns));
+    return shutdown_say_torque(&live->machine);
+}
+
+void live_leave(struct live *live, const volatile sig_atomic_t *interrupts)
+{
+    if (live->shutdown.machine != NULL && !machine_is_off(&live->machine))
+        (void)live_off(live, interrupts);
 }
 
 int live_axis(const struct live *live, const char *command, const char *name)
@@ -294,16 +245,20 @@ static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
  * and nothing in the way?  Nothing is enabled.  A line for each on `file`
  * (NULL: none).  STATUS_OK, or STATUS_REFUSED: the real run would end so,
  * too. */
-static enum status live_look(struct live *live, FILE *file)
+static enum status live_look(struct live *live, FILE *file,
+                             const volatile sig_atomic_t *interrupts)
 {
     const int64_t start_ns = live->now_ns;
     char text[MACHINE_FAULT_MAX];
     bool ok = true;
     do
         live_tick(live);
-    while (live->now_ns - start_ns < LIVE_STOP_NS ||
-           (!live_all_there(live) && !controller_waited_for_drives(
-                                         &live->machine.controller, start_ns)));
+    while (*interrupts == 0 && (live->now_ns - start_ns < LIVE_LOOK_NS ||
+                                (!live_all_there(live) &&
+                                 !controller_waited_for_drives(
+                                     &live->machine.controller, start_ns))));
+    if (*interrupts > 0)
+        return STATUS_INTERRUPTED;
     for (unsigned i = 0; i < live->rig->axis_count; i++)
         ok &= live_look_axis(live, i, file);
     machine_fault_text(&live->machine, text); /* the e-stop */
@@ -320,8 +275,13 @@ enum status live_dry_run(struct live *live, const struct options *options)
     if (!options->real)
         return STATUS_OK;
     enum status status = live_open(live, options, false);
-    return status == STATUS_OK ? live_look(live, options->json ? NULL : stdout)
-                               : status;
+    if (status != STATUS_OK)
+        return status;
+    const volatile sig_atomic_t *interrupts = interrupt_listen();
+    status = live_look(live, options->json ? NULL : stdout, interrupts);
+    live_leave(live, interrupts);
+    interrupt_listen_no_more();
+    return status;
 }
 
 enum status live_dry_run_alone(struct live *live, const struct options *options)

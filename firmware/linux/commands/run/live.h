@@ -14,14 +14,16 @@
 #include "firmware/linux/commands/run/live_warn.h"
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/machine/shutdown.h"
 
 /* For --help of what moves. */
 #define LIVE_HELP_STOP                                                         \
     "Ctrl-C once stops within the limits, twice by the drives' own quick\n"    \
     "stop; SIGTERM and SIGHUP are Ctrl-C once.  The last thing is always\n"    \
-    "torque off: a drive that has not confirmed it is named, status 1.  "      \
-    "With\n"                                                                   \
-    "--real a guardian does the same when slew hangs or is killed.\n"
+    "torque off: a drive that has not confirmed it is named, status 1, and\n"  \
+    "a real one is tried until it does, or Ctrl-C is pressed again.  With\n"   \
+    "--real a guardian does the same when slew hangs, is killed, or leaves\n"  \
+    "a drive to it.\n"
 
 struct live {
     struct rig *rig;
@@ -31,7 +33,7 @@ struct live {
     struct machine_real real;
     struct machine_modbus pty; /* with --pty */
     struct guardian guardian;  /* with --real, for what may have torque */
-    bool is_real;
+    struct shutdown shutdown;
     bool on_clock; /* time passes by itself */
     bool is_paced; /* virtual time, no faster than the clock */
     struct clock_linux pace;
@@ -84,12 +86,13 @@ void live_tick(struct live *live);
 /* Torque for all axes: ticks until the controller is READY or in FAULT, or
  * *interrupts is above 0.  True: READY. */
 bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts);
-/* The one way out: to rest, by a quick stop (at most 3 s) at a second
- * interrupt; then torque off, until every drive has said so, at most
- * MACHINE_OFF_NS, which no interrupt cuts short.  A real drive that is lost is
- * tried on until it answers, or the operator interrupts.  False, with a line on
- * stderr for each: a drive has not said so. */
+/* The way out (firmware/linux/machine/shutdown.h), from whatever is under way.
+ * False, with a line on stderr for each: a drive has not said that it is off. */
 bool live_off(struct live *live, const volatile sig_atomic_t *interrupts);
+
+/* The same for who only looks on: does nothing but where a drive was found enabled,
+ * which is being stopped. */
+void live_leave(struct live *live, const volatile sig_atomic_t *interrupts);
 
 /* Index of an axis by name; -1 with a line on stderr. */
 int live_axis(const struct live *live, const char *command, const char *name);
