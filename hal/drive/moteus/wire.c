@@ -7,6 +7,7 @@
 
 #define MS         INT64_C(1000000)
 #define REQUEST_NS (20 * MS) /* who has not been found */
+#define LOST_NS    (60 * MS)
 
 static struct drive_moteus *moteus_of(struct can_bus_node *node)
 {
@@ -132,18 +133,19 @@ void drive_moteus_put_questions(struct hal_can_frame *frame)
     moteus_frame_read(frame, MOTEUS_INT8, MOTEUS_VOLTAGE, 3);
 }
 
-/* Whoever has not been found is asked now and then; who was lost only with what
- * takes its torque. */
+/* Whoever has not been found is asked now and then, and who was lost with torque:
+ * one that answers again is not told blindly to stop. */
 static bool moteus_is_requested(struct drive_moteus *self, bool wanted,
                                 int64_t now_ns)
 {
-    if (self->turn.phase == DRIVE_TURN_LOST)
-        return wanted || self->stopping;
-    if (self->turn.phase != DRIVE_TURN_START || self->heard)
+    const bool lost = self->turn.phase == DRIVE_TURN_LOST;
+
+    if (lost ? wanted || self->stopping
+             : self->turn.phase != DRIVE_TURN_START || self->heard)
         return true;
-    if (now_ns < self->request_ns)
+    if (now_ns < self->request_ns || (lost && !self->turn.torque))
         return false;
-    self->request_ns = now_ns + REQUEST_NS;
+    self->request_ns = now_ns + (lost ? LOST_NS : REQUEST_NS);
     return true;
 }
 

@@ -119,7 +119,7 @@ int drive_turn_init(struct drive_turn *self, const struct drive_turn_ops *ops,
 static void request_reset(struct drive_turn *self)
 {
     if (self->phase == DRIVE_TURN_LOST) {
-        drive_turn_start(self);
+        self->reset = true; /* once it has been ramped down */
     } else if (self->phase == DRIVE_TURN_LATCHED) {
         if (self->armed && self->motion != DRIVE_TURN_RAMP)
             drive_turn_brake(self);

@@ -14,8 +14,9 @@
  * ramped down by them, from the last one on; one that moved by its own profile
  * from where it is, while that is still heard, else by its velocity alone, from
  * the one that was heard last.  Then it is disarmed every 150 ms until it says
- * that it has no torque.  A reset meanwhile looks for it anew and goes on
- * disarming it until it is found.
+ * that it has no torque.  A reset looks for it anew when the ramp is over, and goes
+ * on disarming it.  One that is heard again is not disarmed blindly: it is ramped
+ * down from where it is, when it is found at the latest.
  *
  * The wire part says what it hears (armed, alarmed, where it is) and has five
  * calls that send; this part is everything else.  A quick stop is a ramp of our
@@ -151,7 +152,10 @@ struct drive_turn {
     bool torque_known;
     struct hal_standstill standstill;
     struct hal_drive_found found;
-    bool stops_found; /* what was found: until it has no torque */
+    bool stops_found;  /* what was found: until it has no torque */
+    int64_t silent_ns; /* the last time that no position came */
+    bool returned;     /* it was LOST, and stopped when it was heard again */
+    bool reset;        /* asked for while it was LOST: next */
     struct hal_readings readings;
 
     /* what it is told */

@@ -39,9 +39,10 @@ void drive_turn_pursue(struct drive_turn *self)
     if (self->request == HAL_DRIVE_REQUEST_TORQUE_OFF ||
         (self->request == HAL_DRIVE_REQUEST_ENABLE && !self->armed))
         drive_turn_stand(self);
-    else if (self->request != HAL_DRIVE_REQUEST_ENABLE ||
-             walk_moves_itself(self))
-        drive_turn_brake(self);
+    else if ((self->request != HAL_DRIVE_REQUEST_ENABLE ||
+              walk_moves_itself(self)) &&
+             (!drive_turn_ramps(self) || self->home.broken_off))
+        drive_turn_brake(self); /* a ramp that goes on is not begun again */
 }
 
 void drive_turn_enter(struct drive_turn *self, enum drive_turn_phase phase)
@@ -60,6 +61,7 @@ void drive_turn_start(struct drive_turn *self)
     self->homing = HAL_DRIVE_HOMING_NONE;
     self->origin_q32 = 0;
     self->armed = false;
+    self->reset = false;
     self->left = self->left && self->torque;
     self->torque = self->left;
     self->alarmed = false;
@@ -89,6 +91,7 @@ void drive_turn_lose(struct drive_turn *self)
         self->now_ns - self->actual_ns <= FRESH_TICKS * self->config.period_ns;
 
     self->left = drive_turn_is_watched(self);
+    self->reset = self->returned = false;
     drive_turn_latch(self);
     if (goes && !has_place)
         self->motion = DRIVE_TURN_SLOW;
@@ -148,6 +151,29 @@ static bool walk_took_too_long(const struct drive_turn *self)
     return self->now_ns - self->since_ns > self->config.state_timeout_ns;
 }
 
+/* How long its positions have come without a gap; 0: they do not. */
+static int64_t walk_heard_ns(const struct drive_turn *self)
+{
+    return self->now_ns - self->silent_ns;
+}
+
+static void walk_listen(struct drive_turn *self)
+{
+    if (!self->positioned ||
+        self->now_ns - self->actual_ns > FRESH_TICKS * self->config.period_ns)
+        self->silent_ns = self->now_ns;
+}
+
+/* Its own watchdog has it (moteus: mode 11), and it has not come to rest. */
+static bool walk_stops_itself(const struct drive_turn *self)
+{
+    return self->alarmed && self->torque && !self->armed &&
+           walk_heard_ns(self) > 0 &&
+           self->now_ns - self->ramped_ns <= HAL_DRIVE_STOP_NS &&
+           !(drive_turn_is_standing(self) &&
+             hal_standstill_is(&self->standstill, self->actual_ns));
+}
+
 /* It has come home just now, and counts from there. */
 static bool walk_counts_anew(const struct drive_turn *self)
 {
@@ -178,6 +204,8 @@ static bool walk_brakes(struct drive_turn *self)
     const bool lost = self->phase == DRIVE_TURN_LOST;
     const bool fails = self->alarmed || !self->torque;
 
+    if (walk_stops_itself(self))
+        return true;
     if (!self->home.broken_off)
         return !fails && ((drive_turn_ramps(self) && (self->armed || lost)) ||
                           drive_turn_rolls(self));
@@ -286,8 +314,11 @@ static void walk_quick_stop(struct drive_turn *self)
 static void walk_starting(struct drive_turn *self)
 {
     const int err = self->ops->start_step(self);
+    const int64_t heard_ns = walk_heard_ns(self);
 
-    if (self->left && self->torque && walk_again(self))
+    if (self->left && self->torque &&
+        (heard_ns == 0 || heard_ns > self->config.state_timeout_ns) &&
+        walk_again(self))
         self->ops->disarm(self, true);
     if (err == MOTION_OK) {
         walk_run(self);
@@ -319,10 +350,25 @@ static void walk_latched(struct drive_turn *self)
         self->ops->disarm(self, walk_again(self));
 }
 
-/* What it says of its torque counts, be it late. */
+/* What it says of its torque counts, be it late.  One that is heard again is
+ * stopped from where it is, once it has said that it is armed. */
 static void walk_lost(struct drive_turn *self)
 {
-    if (!walk_brakes(self) && self->torque && walk_again(self))
+    const int64_t heard_ns = walk_heard_ns(self);
+
+    if (self->armed && heard_ns > 0 && !self->returned &&
+        !drive_turn_ramps(self)) {
+        self->returned = true;
+        self->motion = DRIVE_TURN_GO;
+        drive_turn_brake(self);
+    }
+    if (walk_brakes(self) && self->now_ns - self->since_ns <= HAL_DRIVE_STOP_NS)
+        return;
+    if (self->reset)
+        drive_turn_start(self);
+    else if (self->torque &&
+             (heard_ns == 0 || heard_ns > AGAIN_NS || self->returned) &&
+             walk_again(self))
         self->ops->disarm(self, true);
 }
 
@@ -353,6 +399,7 @@ static void walk_reset(struct drive_turn *self)
 void drive_turn_step(struct drive_turn *self, int64_t now_ns)
 {
     self->now_ns = now_ns;
+    walk_listen(self);
     switch (self->phase) {
     case DRIVE_TURN_START:
         walk_starting(self);

@@ -83,12 +83,22 @@ static void moteus_fail(struct sim_moteus *self, unsigned fault)
     self->fault = (uint8_t)fault;
 }
 
+/* servo.timeout_mode as delivered, 12: to zero velocity by the damping alone. */
+static void moteus_step_timeout(struct sim_moteus *self)
+{
+    self->demand = moteus_turns(self->base.plant.pos_q24);
+    self->demand_vel = 0;
+}
+
 static void moteus_step(struct sim_servo *base, int64_t dt_ns)
 {
     struct sim_moteus *self = moteus_of(base);
-    const bool torque = self->mode == SIM_MOTEUS_POSITION;
+    const bool times_out = self->mode == SIM_MOTEUS_TIMEOUT;
+    const bool torque = self->mode == SIM_MOTEUS_POSITION || times_out;
 
-    if (torque)
+    if (times_out)
+        moteus_step_timeout(self);
+    else if (torque)
         moteus_step_demand(self, (double)dt_ns / MOTEUS_S);
     sim_servo_push(base, (double)self->command[SIM_MOTEUS_COMMAND_TORQUE] /
                              self->config.torque_nm);

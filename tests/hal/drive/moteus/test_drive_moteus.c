@@ -160,13 +160,11 @@ static void faults_in_words(void **state)
     static const struct {
         const char *answer, *text;
         uint16_t code;
-        bool torque; /* which is taken */
     } rows[] = {
         { ANSWER("01", "21"),
-          "moteus fault 33: motor driver, perhaps under-voltage", 33, false },
-        { ANSWER("01", "23"), "moteus fault 35: encoder", 35, false },
-        { ANSWER("01", "00"), "moteus fault 0: unknown fault", 1, false },
-        { ANSWER("0B", "00"), "its watchdog ran out (mode 11)", 11, true },
+          "moteus fault 33: motor driver, perhaps under-voltage", 33 },
+        { ANSWER("01", "23"), "moteus fault 35: encoder", 35 },
+        { ANSWER("01", "00"), "moteus fault 0: unknown fault", 1 },
     };
 
     (void)state;
@@ -178,15 +176,39 @@ static void faults_in_words(void **state)
         assert_int_equal(seen.fault_code, rows[i].code);
         fake_can_wipe(&fake);
         hear(rows[i].answer);
-        if (rows[i].torque)
-            expect("8001#010000" QUESTIONS "505050");
-        else
-            expect("8001#" QUESTIONS); /* nothing clears it by itself */
+        expect("8001#" QUESTIONS); /* nothing clears it by itself */
         hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_RESET);
         hear(rows[i].answer);
         expect("8001#010000" QUESTIONS "505050");
         hear(ANSWER("00", "00"));
         assert_int_equal(seen.state, HAL_DRIVE_OFF);
+    }
+}
+
+/* By its watchdog it brakes: mode 0 would let it go.  Where it does not come to
+ * rest it is let go all the same. */
+static void its_watchdog_brakes_first(void **state)
+{
+    static const char stands[] =
+        "100#21000B2F010000A03F00000000CDCCCC3D230D301F005050";
+
+    (void)state;
+    for (int rests = 0; rests < 2; rests++) {
+        enabled();
+        hear(ANSWER("0B", "00"));
+        assert_int_equal(seen.state, HAL_DRIVE_FAULT);
+        assert_int_equal(seen.fault_code, 11);
+        assert_string_equal(seen.fault_text, "its watchdog ran out (mode 11)");
+        for (int i = 0; i < 200; i++) {
+            fake_can_wipe(&fake);
+            hear(ANSWER("0B", "00"));
+            expect("8001#" QUESTIONS);
+        }
+        for (int i = 0; i < (rests ? 50 : 3000); i++) {
+            fake_can_wipe(&fake);
+            hear(rests ? stands : ANSWER("0B", "00"));
+        }
+        expect("8001#010000" QUESTIONS "505050");
     }
 }
 
@@ -272,6 +294,7 @@ int main(void)
         cmocka_unit_test(off_is_mode_0_until_it_says_so),
         cmocka_unit_test(a_go_has_limits),
         cmocka_unit_test(faults_in_words),
+        cmocka_unit_test(its_watchdog_brakes_first),
         cmocka_unit_test(a_limit_is_no_fault),
         cmocka_unit_test(answers_that_are_none_are_not_believed),
         cmocka_unit_test(whoever_else_commands_is_noticed),
