@@ -30,8 +30,17 @@ static int64_t rest_ramp_ticks(const struct controller_step_rest *rest,
 int64_t controller_step_stop_ticks(const struct controller *controller,
                                    int64_t rate_q30)
 {
-    return RAMP_LEAD_MAX +
+    return 3 * RAMP_LEAD_MAX +
            rest_ramp_ticks(&controller->step.rest[1], rate_q30, REST_K_STOP);
+}
+
+int64_t controller_step_rest_ticks(const struct controller *controller,
+                                   int64_t rate_q30, bool stop)
+{
+    const int64_t ticks = controller_step_stop_ticks(controller, rate_q30);
+    return stop ? ticks
+                : ticks + rest_ramp_ticks(&controller->step.rest[0], rate_q30,
+                                          REST_K);
 }
 
 int64_t controller_step_bound_ns(const struct controller *controller, bool stop)
@@ -55,9 +64,7 @@ int64_t controller_step_bound_ns(const struct controller *controller, bool stop)
         rate_q30 = warp->rate1_q30;
     }
     rate_q30 = ramp_least(rate_q30, MOTION_CLOCK_WARP_MAX_Q30 - 1);
-    ticks += controller_step_stop_ticks(controller, rate_q30);
-    if (!stop)
-        ticks += rest_ramp_ticks(&controller->step.rest[0], rate_q30, REST_K);
+    ticks += controller_step_rest_ticks(controller, rate_q30, stop);
     return ramp_least(ticks * period_ns, RAMP_MAX_NS);
 }
 

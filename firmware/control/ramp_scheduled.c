@@ -6,6 +6,8 @@
 
 /* Ticks of one ramp, in all. */
 #define SCHEDULED_TICKS_MAX (1 << 20)
+/* Of r' in one of them: what spans hold. */
+#define SCHEDULED_PEAK_Q56 ((uint64_t)1 << 55)
 /* Segments of tracks in spans that a call of a search looks at, at the most, and
  * others in a tick, at least. */
 #define SCHEDULED_LOOKS      1024
@@ -118,7 +120,8 @@ int controller_ramp_schedule(struct controller *controller,
     if (ramp->rate_q30 < 0 || ramp->rate_q30 > MOTION_CLOCK_WARP_MAX_Q30 ||
         !scheduled_measure(controller, ramp))
         return MOTION_E_ARG;
-    if (ramp->rate_q30 > controller->override_max_q30)
+    if (ramp->rate_q30 > controller->override_max_q30 ||
+        motion_fixed_abs(scheduled->peak_q56) >= SCHEDULED_PEAK_Q56)
         return MOTION_E_LIMIT;
     scheduled->begin_ns = begin_ns;
     scheduled->second_ns =

@@ -63,10 +63,11 @@
  * limits at the peaks of the tracks (ramp_bound.c), A' and J' of the stop limits:
  *     D(k) = k r / A + A / J    for r >= A^2 / (k J), where r' comes up to A / k,
  *            2 (k r / J)^1/2    below
- * in ticks, rounded up; and, with 8 the longest lead,
- *     stop   F + 8 + D'(4)
- *     else   F + 8 + D'(4) + D(3)
- * From 8 + D'(4) before that time on the stop limits count for a hold or stop.  Where
+ * in ticks, rounded up; and, with 8 the longest lead, of which one passes until a
+ * candidate begins, which lasts another, and a third until the one that ends in rest has,
+ *     stop   F + 24 + D'(4)
+ *     else   F + 24 + D'(4) + D(3)
+ * From 24 + D'(4) before that time on the stop limits count for a hold or stop.  Where
  * rest has not come by then the drives' quick stop takes over in the next tick: a track
  * at its limits, above all one that brakes from its peak, may leave no r' < 0 at all,
  * so no such time is certain without that.  make ramps counts how often.
@@ -96,6 +97,10 @@ struct controller_step_rest
 controller_step_rest(const struct controller *controller, bool stop);
 int64_t controller_step_stop_ticks(const struct controller *controller,
                                    int64_t rate_q30);
+/* The same of what a hold or stop takes from that rate where r' <= 0: D'(4) with its
+ * leads, and D(3) unless `stop`. */
+int64_t controller_step_rest_ticks(const struct controller *controller,
+                                   int64_t rate_q30, bool stop);
 
 /* ramp_span.c.  A piece of judging: the next span is begun; in it a segment of the
  * track of step.axis, until that is config.axis_count, for all have been judged, or

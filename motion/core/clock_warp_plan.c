@@ -15,6 +15,7 @@
 
 #define SECOND_NS INT64_C(1000000000)
 #define UNIT_Q56  ((int64_t)1 << 56)
+#define UNIT_Q30  ((int64_t)1 << 26) /* the last bit of a rate of 30 */
 #define SIXTH_Q62 (((int64_t)1 << 62) / 6)
 
 /* a n, or MOTION_E_RANGE where it goes over 16: no rate in 0 .. 2 does. */
@@ -109,6 +110,17 @@ static bool clock_ramp_is_short(int64_t a, int32_t n)
            17;
 }
 
+/* A rate of 30 bits that is on its way to just 0, or 200 %, may be led a unit of these
+ * beyond it: it comes there. */
+static int64_t clock_ramp_end(int64_t rate)
+{
+    if (rate < 0 && rate >= -UNIT_Q30)
+        return 0;
+    if (rate > 2 * UNIT_Q56 && rate <= 2 * UNIT_Q56 + UNIT_Q30)
+        return 2 * UNIT_Q56;
+    return clock_ramp_in_range(rate) ? rate : -1;
+}
+
 int motion_clock_warp_by(const struct motion_clock_begin *begin,
                          const struct motion_clock_unit *unit, int32_t wait,
                          int64_t peak_q56, int32_t ticks,
@@ -120,16 +132,14 @@ int motion_clock_warp_by(const struct motion_clock_begin *begin,
         !clock_ramp_is_short(a0, wait))
         return MOTION_E_RANGE;
     const int64_t r1 = r0 + (a0 + peak_q56) * wait / 2;
-    /* a rate that is on its way to just 0 comes to 0, by rounding */
-    const int64_t end = r1 + peak_q56 * ticks / 2 + (1 << 25);
-    if (!clock_ramp_in_range(r0) || !clock_ramp_in_range(r1) ||
-        !clock_ramp_in_range(end) ||
+    const int64_t end = clock_ramp_end(r1 + peak_q56 * ticks / 2);
+    if (!clock_ramp_in_range(r0) || !clock_ramp_in_range(r1) || end < 0 ||
         !clock_ramp_turns_in_range(r0, a0, peak_q56, wait))
         return MOTION_E_RANGE;
     to->t0_ns = begin->t_ns;
     to->dur_ns = 0;
     to->s0_ns_q12 = to->s1_ns_q12 = begin->s_ns_q12;
-    to->rate1_q30 = end >> 26;
+    to->rate1_q30 = (end + (1 << 25)) >> 26;
     to->count = 0;
     if (wait > 0)
         clock_warp_append_ticks(to, unit, wait, r0, a0, peak_q56);
