@@ -701,7 +701,8 @@ static bool homing_is_cut_short(struct homing *homing)
         const bool both = homing_limit(homing, -1) && homing_limit(homing, 1);
         if (homing->error == HOMING_OK)
             homing->error = both ? HOMING_BOTH_LIMITS : HOMING_FAULT;
-        homing_end(homing, HOMING_FAILED);
+        if (!controller_in_motion(controller)) /* it may be out of its range */
+            homing_end(homing, HOMING_FAILED);
         return true;
     }
     if (controller->stops != homing->stops)

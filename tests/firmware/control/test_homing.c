@@ -371,8 +371,8 @@ static void a_fault_in_every_state_ends_it(void **state)
     };
     /* the most ticks that each may take to be seen: the input, the statusword,
      * four lost TPDOs, the following error (2 mm and twice the 0.4 mm of a ramp
-     * at 5 mm/s, 560 ms, and the ramps), the operator's ramp */
-    static const unsigned most[WAYS] = { 2, 6, 8, 650, 150 };
+     * at 5 mm/s, 560 ms, and the ramps), and the stop of each; the operator's ramp */
+    static const unsigned most[WAYS] = { 122, 126, 128, 770, 150 };
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++)
         for (int displacement = 0; displacement < WAYS; displacement++) {
