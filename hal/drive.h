@@ -177,6 +177,8 @@ enum hal_drive_track {
     HAL_DRIVE_TRACK_LOADED,  /* as much as it takes to begin */
     HAL_DRIVE_TRACK_WAITING, /* for the time that start has said */
     HAL_DRIVE_TRACK_PLAYING, /* has begun at that time */
+    HAL_DRIVE_TRACK_ENDED,   /* it has come to its end, and stands there; a
+                               drive that stops before it is in fault */
 };
 
 /* A change of the rate at which tracks are sampled, which begins and is the same
@@ -192,10 +194,13 @@ struct hal_drive_ramp {
     int64_t since_ns;     /* -1: the clock stands */
 };
 
-/* Of a drive that samples whole tracks by itself, on a clock of its own.  It is
- * given set points all the same, which say where its axis should be by ours,
- * and of which it sends none; its feedback is judged by them.  After a stop it
- * is in a mode of its own until it stands. */
+/* Of a drive that samples whole tracks by itself, on a clock of its own.  Its set point
+ * has one owner.  From when start was called until a stop, a fault or the end that is
+ * ours: set_target says where the axis should be by our clock, the drive sends none of
+ * it, and demand_q32 is the one that was due when the position was measured.  Else it is
+ * the drive's: demand_q32 is what it holds or runs down by itself, and whoever gives
+ * set points gives that back.  demand_known is true throughout.  After a stop it is in
+ * a mode of its own, PROFILE_POSITION, until it stands and its place is known. */
 struct hal_drive_tracks {
     /* For the next start; NULL: stands.  Outlives being played.
      * MOTION_E_STATE unless ENABLED and standing; MOTION_E_ARG of a window
@@ -208,13 +213,15 @@ struct hal_drive_tracks {
      * at rate_q30.  Not begun then, it does not begin at all.  MOTION_E_STATE
      * unless LOADED. */
     int (*start)(struct hal_drive *drive, int64_t start_ns, int64_t rate_q30);
-    /* While PLAYING, or about to, else MOTION_E_STATE.  MOTION_E_AGAIN: it has
-     * not said yet that it will, or is to begin another first; ask again, with
-     * the same.  MOTION_E_RANGE: no tick of its own is then.  What it then does
-     * not do is a fault of the drive.  NULL: it has the rate that it began
+    /* While PLAYING, or about to, else MOTION_E_STATE, as where it was told too late.
+     * MOTION_E_AGAIN: it has not said yet that it will, or is to begin another
+     * first; ask again, with the same.  MOTION_E_RANGE: no tick of its own is
+     * then.  ENDED: MOTION_OK, it stands at any rate.  What it has said and then
+     * does not do is a fault of the drive.  NULL: it has the rate that it began
      * with. */
     int (*ramp)(struct hal_drive *drive, const struct hal_drive_ramp *ramp);
-    /* Along its path to rest; what is loaded is forgotten. */
+    /* Along its path to rest, by what it does itself, before anything else that it
+     * is to be told; what is loaded is forgotten. */
     void (*stop)(struct hal_drive *drive);
 };
 

@@ -2,21 +2,25 @@
  *
  *   UNARMED --cued--> LOADING --all have it--> WAITING --it is time--> RUNNING
  *      ^                 |                        |                       |
- *      '---- stop, fault, time over, not all would begin --- all at rest -'
+ *      |                 '-- stop, fault, not all would begin --> PARTED  |
+ *      '------------------------ all at rest ---------------------'-------'
  *
  * All are told one time, far enough ahead for the slowest of them, and it is a
  * tick's: there the controller's own clock begins, if all have said that theirs
- * will. */
+ * will.  A stop tells all of them in its tick (controller.c). */
 #include "firmware/control/arm.h"
 
 #include <stddef.h>
 
 #include "firmware/control/parts.h"
+#include "firmware/control/ramp_step.h"
 #include "motion/core/err.h"
 
 #define ARM_MOST_NS INT64_C(120000000000) /* to load */
 #define ARM_END_NS  INT64_C(10000000000)
 #define ARM_LATE_NS INT64_C(5000000) /* our own clock, after ticks lost */
+/* Beyond what a drive has for coming to rest, and for saying so. */
+#define ARM_REST_NS INT64_C(1000000000)
 
 static const struct hal_drive_tracks *
 arm_tracks(const struct playback *playback, unsigned index)
@@ -73,20 +77,62 @@ int playback_arm_start(struct playback *playback,
     return err;
 }
 
-static void arm_drop(struct playback *playback)
+/* Twice what the limits of all axes make of it, from the fastest that they may go, and
+ * what it takes to tell it, and to hear that it is done. */
+static int64_t arm_rest_ns(const struct playback *playback)
+{
+    const struct controller *controller = playback->controller;
+    const struct controller_ramp *ramp = &playback->ramp.ramp;
+    int64_t rate_q30 = playback->ramp.rate_q30;
+    int64_t lead_ns = 0;
+
+    if (controller->override_q30 > rate_q30)
+        rate_q30 = playback_rate_q30(playback);
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (playback_samples(playback, i)) {
+            const int64_t own_ns =
+                arm_tracks(playback, i)->lead_ns(controller->axis[i].drive);
+            lead_ns = own_ns > lead_ns ? own_ns : lead_ns;
+        }
+    return 2 * (controller_step_rest_ticks(controller, rate_q30, false) *
+                    controller->config.period_ns +
+                (2 * ramp->change + ramp->flat) * ramp->tick_ns + lead_ns) +
+           ARM_REST_NS;
+}
+
+/* All have been told, but where the controller stands already. */
+static void arm_part(struct playback *playback)
 {
     for (unsigned i = 0; i < playback->controller->config.axis_count; i++)
         if (playback_samples(playback, i))
             arm_tracks(playback, i)->stop(playback->controller->axis[i].drive);
-    playback->arm = PLAYBACK_UNARMED;
+    playback->arm = PLAYBACK_PARTED;
+    playback->rest_ns = playback->controller->now_ns + arm_rest_ns(playback);
 }
 
 static void arm_fail(struct playback *playback, int err)
 {
-    arm_drop(playback);
+    arm_part(playback);
     controller_halt(playback->controller);
     playback->err = err;
     playback->state = PLAYBACK_IDLE;
+}
+
+/* Until all stand: each watches itself, and this is for one that is told and does not
+ * do it. */
+static void arm_parted(struct playback *playback)
+{
+    struct controller *controller = playback->controller;
+    const int64_t late_ns = controller->now_ns - playback->rest_ns;
+
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (playback_samples(playback, i) && controller->axis[i].by_profile) {
+            if (late_ns > 0)
+                controller_raise(controller, CONTROLLER_FAULT_REST, (int)i,
+                                 late_ns, 0);
+            return;
+        }
+    playback->arm = PLAYBACK_UNARMED;
 }
 
 /* A drive that still ends what it did before takes it a little later. */
@@ -134,13 +180,11 @@ int64_t playback_arm_lead_ns(const struct playback *playback)
 static int arm_tell(struct playback *playback)
 {
     const struct controller *controller = playback->controller;
-    const int64_t rate_q30 =
-        controller->override_q30 < controller->override_max_q30
-            ? controller->override_q30
-            : controller->override_max_q30;
+    const int64_t rate_q30 = playback_rate_q30(playback);
 
     if (rate_q30 <= 0)
         return MOTION_E_LIMIT;
+    playback->ramp = (struct playback_ramp){ .rate_q30 = rate_q30 };
     playback->start_ns = controller->now_ns + playback_arm_lead_ns(playback);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         const int err = !arm_is_in_it(playback, i)
@@ -168,10 +212,13 @@ static int arm_loading(struct playback *playback)
                : MOTION_OK;
 }
 
+/* At the rate that all were told, whatever has been asked for since. */
 static int arm_waiting(struct playback *playback)
 {
     struct controller *controller = playback->controller;
     const int64_t late_ns = controller->now_ns - playback->start_ns;
+    const int64_t override_q30 = controller->override_q30;
+    int err;
 
     if (late_ns < 0)
         return MOTION_OK;
@@ -179,7 +226,10 @@ static int arm_waiting(struct playback *playback)
         return MOTION_E_TIMEOUT;
     playback->arm = PLAYBACK_RUNNING;
     playback_ramp_begin(playback);
-    return controller_resume(controller);
+    controller->override_q30 = playback->ramp.rate_q30;
+    err = controller_resume(controller);
+    controller->override_q30 = override_q30;
+    return err;
 }
 
 /* The controller's own clock has come to the end; theirs may be a little
@@ -199,27 +249,28 @@ static int arm_ending(struct playback *playback)
     return MOTION_OK;
 }
 
-/* Neither stopped nor in fault. */
+/* Neither stopped nor left, nor in fault. */
 static bool arm_goes_on(const struct playback *playback)
 {
     const struct controller *controller = playback->controller;
 
     return controller->stops == playback->stops &&
-           (controller->state == CONTROLLER_MOVING ||
-            controller->state == CONTROLLER_READY ||
-            controller->state == CONTROLLER_HOLDING);
+           (controller->state == CONTROLLER_HOLDING ||
+            (playback->arm == PLAYBACK_RUNNING &&
+             (controller->state == CONTROLLER_MOVING ||
+              controller->state == CONTROLLER_READY)));
 }
 
 bool playback_arm_step(struct playback *playback)
 {
     int err = MOTION_OK;
 
-    if (playback->arm == PLAYBACK_UNARMED)
+    if (playback->arm == PLAYBACK_PARTED)
+        arm_parted(playback);
+    else if (playback->arm != PLAYBACK_UNARMED && !arm_goes_on(playback))
+        arm_part(playback);
+    if (playback->arm == PLAYBACK_UNARMED || playback->arm == PLAYBACK_PARTED)
         return false;
-    if (!arm_goes_on(playback)) {
-        arm_drop(playback);
-        return false;
-    }
     if (playback->arm == PLAYBACK_LOADING)
         err = arm_loading(playback);
     else if (playback->arm == PLAYBACK_WAITING)
@@ -237,15 +288,30 @@ bool playback_arm_step(struct playback *playback)
 
 /* --- what an operator may do with it --- */
 
+/* Is what is played, or about to be, sampled by drives too? */
+static bool arm_is_on(const struct playback *playback)
+{
+    return playback_is_arming(playback) ||
+           (playback->arm == PLAYBACK_RUNNING &&
+            controller_in_motion(playback->controller));
+}
+
 int playback_hold(struct playback *playback)
 {
-    if (!playback_is_arming(playback) &&
-        !(controller_in_motion(playback->controller) &&
-          playback_any_samples(playback)))
+    struct playback_ramp *ramp = &playback->ramp;
+
+    if (!arm_is_on(playback))
         return controller_hold(playback->controller);
-    if (playback->arm == PLAYBACK_RUNNING && playback_ramps(playback))
-        return playback_ramp_ask(playback, 0);
-    controller_stop(playback->controller);
+    if (playback->arm != PLAYBACK_RUNNING || !playback_ramps(playback)) {
+        controller_stop(playback->controller);
+        return MOTION_OK;
+    }
+    if (playback->controller->state != CONTROLLER_MOVING)
+        return MOTION_E_STATE;
+    if (!ramp->holds)
+        ramp->holds_ns = playback->controller->now_ns;
+    ramp->holds = true;
+    playback_ramp_ask(playback);
     return MOTION_OK;
 }
 
@@ -256,13 +322,14 @@ int playback_resume(struct playback *playback)
 
     if (!playback_any_samples(playback))
         return controller_resume(playback->controller);
-    if (controller->state == CONTROLLER_HOLDING &&
-        playback->arm == PLAYBACK_RUNNING)
-        return playback_ramp_ask(playback, controller->override_q30 <
-                                                   controller->override_max_q30
-                                               ? controller->override_q30
-                                               : controller->override_max_q30);
-    if (playback->arm != PLAYBACK_UNARMED ||
+    if (playback->arm == PLAYBACK_RUNNING && playback->ramp.holds &&
+        controller->state != CONTROLLER_STOPPING) {
+        playback->ramp.holds = false;
+        playback_ramp_ask(playback);
+        return MOTION_OK;
+    }
+    if ((playback->arm != PLAYBACK_UNARMED &&
+         playback->arm != PLAYBACK_PARTED) ||
         controller->state != CONTROLLER_HOLDING ||
         controller->rate.s_ns_q12 != 0 || !controller_clock_stands(controller))
         return MOTION_E_STATE;
@@ -283,15 +350,17 @@ int playback_couple(struct playback *playback, unsigned axis,
 
 int playback_override(struct playback *playback, int64_t rate_q30)
 {
-    const struct controller *controller = playback->controller;
+    struct controller *controller = playback->controller;
 
-    const bool stands = controller->state == CONTROLLER_HOLDING &&
-                        controller_clock_stands(controller);
-
-    if (controller_in_motion(controller) && controller->jog == NULL &&
-        !stands && playback_any_samples(playback))
-        return playback->arm == PLAYBACK_RUNNING && rate_q30 > 0
-                   ? playback_ramp_ask(playback, rate_q30)
-                   : MOTION_E_STATE;
-    return controller_override(playback->controller, rate_q30);
+    if (!arm_is_on(playback))
+        return controller_override(controller, rate_q30);
+    if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
+        return MOTION_E_ARG;
+    if (rate_q30 == 0 || !playback_ramps(playback))
+        return MOTION_E_STATE;
+    if (rate_q30 > controller->override_max_q30)
+        return MOTION_E_LIMIT;
+    controller->override_q30 = rate_q30;
+    playback_ramp_ask(playback);
+    return MOTION_OK;
 }

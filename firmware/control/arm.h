@@ -15,14 +15,15 @@ bool playback_any_samples(const struct playback *playback);
  * begun once all of them have what they need. */
 int playback_arm_start(struct playback *playback,
                        const struct motion_track *const track[]);
-/* arm_ramp.c.  Can all that take part change their rate together?  Ask: to this
- * rate, as soon as all have been told.  Begin: all clocks are in step from here
- * on, and nothing is asked for.  Step: after every tick; an error: not all would,
- * or none was found. */
+/* arm_ramp.c.  Can all that take part change their rate together?  Ask: what is wanted
+ * has changed.  Begin: all clocks are in step from here on, at the rate that was told.
+ * Step: after every tick; an error: not all would, or no way to a hold was found. */
 bool playback_ramps(const struct playback *playback);
-int playback_ramp_ask(struct playback *playback, int64_t rate_q30);
+void playback_ramp_ask(struct playback *playback);
 void playback_ramp_begin(struct playback *playback);
 int playback_ramp_step(struct playback *playback);
+/* The override, as far as the move allows. */
+int64_t playback_rate_q30(const struct playback *playback);
 /* How far ahead the slowest of them has to be told. */
 int64_t playback_arm_lead_ns(const struct playback *playback);
 

@@ -1,7 +1,9 @@
 /* firmware/control/arm_ramp.c - hold, resume and override of what drives sample by
  * themselves; see arm.h and ramp_scheduled.h.
  *
- *   wanted --the clock is steady, a ramp is found--> scheduled --its tick, all will-->
+ *   wanted, and not there --steady, a ramp is found--> scheduled --its tick, all will-->
+ *
+ * Wanted is a state, not a request: 0 while the operator holds, else the override.
  *
  * All are told one ramp and when it begins, far enough ahead for the slowest of
  * them; in that tick the controller's own clock begins it, if all have said that
@@ -14,7 +16,10 @@
 #include "firmware/control/parts.h"
 #include "motion/core/err.h"
 
-#define ARM_RAMP_NS INT64_C(10000000000) /* to find one, and to be steady */
+#define ARM_RAMP_NS                                                            \
+    INT64_C(10000000000) /* to a hold: to find one, and be steady */
+/* Of what a hold takes at most as a rule. */
+#define ARM_RAMP_LONG 4
 
 static const struct hal_drive_tracks *
 arm_ramp_tracks(const struct playback *playback, unsigned index)
@@ -34,28 +39,25 @@ bool playback_ramps(const struct playback *playback)
     return true;
 }
 
+int64_t playback_rate_q30(const struct playback *playback)
+{
+    const struct controller *controller = playback->controller;
+    return controller->override_q30 < controller->override_max_q30
+               ? controller->override_q30
+               : controller->override_max_q30;
+}
+
 void playback_ramp_begin(struct playback *playback)
 {
     playback->ramp = (struct playback_ramp){
+        .rate_q30 = playback->ramp.rate_q30,
         .anchor_ns = playback->controller->clock_ns,
     };
 }
 
-int playback_ramp_ask(struct playback *playback, int64_t rate_q30)
+void playback_ramp_ask(struct playback *playback)
 {
-    const struct controller *controller = playback->controller;
-    if (!playback_ramps(playback) || (controller->state != CONTROLLER_MOVING &&
-                                      controller->state != CONTROLLER_HOLDING))
-        return MOTION_E_STATE;
-    if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
-        return MOTION_E_ARG;
-    if (rate_q30 > controller->override_max_q30)
-        return MOTION_E_LIMIT;
-    playback->ramp.is_wanted = true;
-    playback->ramp.wanted_q30 = rate_q30;
-    playback->ramp.wanted_ns = controller->now_ns;
     playback->ramp.ticks = playback->ramp.tried = 0;
-    return MOTION_OK;
 }
 
 /* MOTION_E_AGAIN: not all have said that they will. */
@@ -85,6 +87,11 @@ static int arm_ramp_tell(const struct playback *playback)
     return worst;
 }
 
+static int64_t arm_ramp_wanted_q30(const struct playback *playback)
+{
+    return playback->ramp.holds ? 0 : playback_rate_q30(playback);
+}
+
 /* It would begin after the end. */
 static bool arm_ramp_is_late(const struct playback *playback)
 {
@@ -96,6 +103,16 @@ static bool arm_ramp_is_late(const struct playback *playback)
     return then.s_ns_q12 >= controller->move_end_ns_q12;
 }
 
+/* A hold that is as good as none: where the path is now it leaves nothing better, a
+ * little later it mostly does. */
+static bool arm_ramp_is_long(const struct controller *controller,
+                             const struct controller_ramp *ramp)
+{
+    return ramp->rate_q30 == 0 &&
+           (2 * ramp->change + ramp->flat) * ramp->tick_ns >
+               ARM_RAMP_LONG * controller_step_bound_ns(controller, false);
+}
+
 /* Looked for from the clock of the tick in which it is taken. */
 static void arm_ramp_find(struct playback *playback)
 {
@@ -105,46 +122,53 @@ static void arm_ramp_find(struct playback *playback)
     int64_t lead_ns = playback_arm_lead_ns(playback);
     if (lead_ns < own->ticks * period_ns)
         lead_ns = own->ticks * period_ns;
-    own->ramp.rate_q30 = own->wanted_q30;
+    own->ramp.rate_q30 = arm_ramp_wanted_q30(playback);
     own->at_ns = controller->now_ns + lead_ns;
     own->begin_ns = controller->clock_ns + lead_ns;
     own->since_ns =
         controller->rate.rate_q30 == 0 ? -1 : own->begin_ns - own->anchor_ns;
-    if (own->wanted_q30 == controller->warp.rate1_q30 ||
-        arm_ramp_is_late(playback)) {
-        own->is_wanted = false;
+    if (own->ramp.rate_q30 == controller->warp.rate1_q30 ||
+        arm_ramp_is_late(playback))
         return;
-    }
     const int32_t ticks = controller_ramp_find(controller, own->begin_ns,
                                                &own->ramp, &own->tried);
-    own->is_scheduled = ticks > 0 && ticks * period_ns <= lead_ns;
-    if (own->is_scheduled)
-        own->is_wanted = false;
-    else if (ticks > own->ticks)
+    own->is_scheduled = ticks > 0 && ticks * period_ns <= lead_ns &&
+                        !arm_ramp_is_long(controller, &own->ramp);
+    if (ticks > own->ticks)
         own->ticks = ticks; /* from further ahead in the next tick */
 }
 
+/* What has been asked for since it was found comes next. */
 static int arm_ramp_start(struct playback *playback)
 {
+    struct controller *controller = playback->controller;
     struct playback_ramp *own = &playback->ramp;
+    const int64_t override_q30 = controller->override_q30;
     own->is_scheduled = false;
     if (own->since_ns < 0)
         own->anchor_ns = own->begin_ns;
-    return controller_ramp_begin(playback->controller);
+    const int err = controller_ramp_begin(controller);
+    controller->override_q30 = override_q30;
+    playback_ramp_ask(playback);
+    return err;
+}
+
+/* A hold that does not come is a stop. */
+static bool arm_ramp_is_over(const struct playback *playback)
+{
+    const struct controller *controller = playback->controller;
+    return playback->ramp.holds && controller->state == CONTROLLER_MOVING &&
+           controller->now_ns - playback->ramp.holds_ns > ARM_RAMP_NS;
 }
 
 int playback_ramp_step(struct playback *playback)
 {
     const struct controller *controller = playback->controller;
     struct playback_ramp *own = &playback->ramp;
-    if (!own->is_scheduled && own->is_wanted &&
-        controller_is_steady(controller))
+    if (!own->is_scheduled && controller_is_steady(controller))
         arm_ramp_find(playback);
     if (!own->is_scheduled)
-        return own->is_wanted &&
-                       controller->now_ns - own->wanted_ns > ARM_RAMP_NS
-                   ? MOTION_E_TIMEOUT
-                   : MOTION_OK;
+        return arm_ramp_is_over(playback) ? MOTION_E_TIMEOUT : MOTION_OK;
     const int err = arm_ramp_tell(playback);
     if (err == MOTION_E_AGAIN)
         return controller->clock_ns < own->begin_ns ? MOTION_OK

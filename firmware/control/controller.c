@@ -40,6 +40,21 @@ static const uint8_t fault_reaction[] = {
 
 /* -- state changes ------------------------------------------------------ */
 
+/* A drive that samples its track by itself comes to rest by itself: what it says is
+ * followed from here on, and no path of ours. */
+static void controller_part(struct controller *controller, unsigned i)
+{
+    struct controller_axis *axis = &controller->axis[i];
+    const struct hal_drive_tracks *tracks = axis->drive->ops->tracks;
+    if (tracks == NULL)
+        return;
+    tracks->stop(axis->drive);
+    axis->track = NULL;
+    axis->sent_count = 0;
+    axis->by_profile = true; /* until it is looked at */
+    controller->step.stage = STEP_NONE;
+}
+
 void controller_enter(struct controller *controller,
                       enum controller_state state)
 {
@@ -47,9 +62,12 @@ void controller_enter(struct controller *controller,
     controller->since_ns = controller->now_ns;
     if (state != CONTROLLER_STOPPING)
         controller->is_brake = false;
-    for (unsigned i = 0; i < controller->config.axis_count; i++)
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
         if (state == CONTROLLER_OFF || state == CONTROLLER_FAULT)
             controller->axis[i].cam = NULL;
+        if (state == CONTROLLER_STOPPING)
+            controller_part(controller, i);
+    }
 }
 
 void controller_request(struct controller *controller,
@@ -175,7 +193,7 @@ static void controller_stop_along(struct controller *controller)
 __attribute__((cold)) static void
 controller_react(struct controller *controller)
 {
-    const bool by_profile = controller_any_by_profile(controller);
+    const bool by_profile = controller_any_by_profile(controller, false);
     if (controller->reaction == CONTROLLER_REACT_OFF ||
         controller->state == CONTROLLER_FAULT || /* held */
         !(controller_in_motion(controller) || by_profile)) {
@@ -248,7 +266,7 @@ static void controller_send(struct controller *controller, unsigned i)
 static void controller_follow(struct controller_axis *axis)
 {
     axis->target =
-        (struct hal_drive_target){ .pos_q32 = axis->feedback.pos_q32 };
+        (struct hal_drive_target){ .pos_q32 = controller_place_q32(axis) };
     axis->sent_count = 0;
     axis->following_q32 = 0;
     axis->away = 0;
@@ -260,7 +278,7 @@ static void controller_follow(struct controller_axis *axis)
 static void controller_begin(struct controller_axis *axis)
 {
     if (axis->sent_count == 0 && axis->track == NULL)
-        axis->target.pos_q32 = axis->feedback.pos_q32;
+        axis->target.pos_q32 = controller_place_q32(axis);
 }
 
 static void controller_send_all(struct controller *controller)
@@ -459,17 +477,20 @@ static void controller_step_moving(struct controller *controller)
 
 static bool controller_standing(const struct controller *controller)
 {
-    return !controller_goals_are_running(controller) &&
+    return !controller_any_by_profile(controller, true) &&
            controller_clock_stands(controller);
 }
 
+/* By what was measured since it was asked for. */
 static bool controller_quick_stop_done(const struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         const struct hal_drive_feedback *feedback =
             &controller->axis[i].feedback;
         if (feedback->state == HAL_DRIVE_ENABLED ||
-            (feedback->state == HAL_DRIVE_QUICK_STOP && feedback->vel_q32 != 0))
+            (feedback->state == HAL_DRIVE_QUICK_STOP &&
+             (feedback->vel_q32 != 0 ||
+              feedback->t_ns <= controller->since_ns)))
             return false;
     }
     return true;
@@ -488,6 +509,7 @@ static void controller_step_stopping(struct controller *controller)
     controller_sample(controller);
     controller_send_all(controller);
     if (controller->state != CONTROLLER_STOPPING ||
+        controller->reaction >= CONTROLLER_REACT_QUICK ||
         !controller_standing(controller))
         return;
     if (controller->reaction != CONTROLLER_REACT_NONE) {

@@ -169,7 +169,7 @@ static inline bool gate_is_inside(const struct controller *controller,
     if (!controller_range_counts(controller, index))
         return true;
     if (axis->sent_count == 0) {
-        from_low_q32 = from_high_q32 = axis->feedback.pos_q32;
+        from_low_q32 = from_high_q32 = controller_place_q32(axis);
         slack_q32 = config->following_floor_q32;
     }
     if (low_q32 >= config->pos_min_q32 - over_q32)

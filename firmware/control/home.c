@@ -4,6 +4,8 @@
  * axis's position is that plus an offset, which is 0 until homing finds
  * another.  Everything of the controller is in the axis's coordinates; only the
  * three functions before the drive deal with the offset. */
+#include <stddef.h>
+
 #include "firmware/control/parts.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -41,6 +43,12 @@ int controller_go_to_drive(struct controller_axis *axis,
     return err < 0 ? err : hal_drive_go(axis->drive, &own);
 }
 
+int64_t controller_place_q32(const struct controller_axis *axis)
+{
+    return axis->drive->ops->tracks != NULL ? axis->feedback.demand_q32
+                                            : axis->feedback.pos_q32;
+}
+
 bool controller_range_counts(const struct controller *controller,
                              unsigned index)
 {
@@ -55,10 +63,12 @@ enum hal_drive_mode controller_usual_mode(const struct controller *controller,
                                                    : HAL_DRIVE_STREAM_POSITION;
 }
 
-bool controller_any_by_profile(const struct controller *controller)
+bool controller_any_by_profile(const struct controller *controller,
+                               bool samples)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++)
-        if (controller->axis[i].by_profile)
+        if (controller->axis[i].by_profile &&
+            (samples || controller->axis[i].drive->ops->tracks == NULL))
             return true;
     return controller_goals_are_running(controller);
 }

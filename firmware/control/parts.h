@@ -32,14 +32,19 @@ bool controller_clock_stands(const struct controller *controller);
 /* True, and the clock stands from now on, when by the last set points every
  * axis is at rest: nothing has to slow down. */
 bool controller_freeze(struct controller *controller);
+/* Where an axis is that has no set point of ours: a drive that samples its track has one
+ * of its own. */
+int64_t controller_place_q32(const struct controller_axis *axis);
 /* Does the axis have to stay inside its range? */
 bool controller_range_counts(const struct controller *controller,
                              unsigned index);
 /* In which its drive follows what the controller tells it. */
 enum hal_drive_mode controller_usual_mode(const struct controller *controller,
                                           unsigned index);
-/* Does a drive move its axis by itself, homing or to a goal? */
-bool controller_any_by_profile(const struct controller *controller);
+/* Does a drive move its axis by itself: homing, to a goal, or (`samples`) to rest on a
+ * track that it samples? */
+bool controller_any_by_profile(const struct controller *controller,
+                               bool samples);
 /* In FAULT, standing with torque on. */
 bool controller_is_held(const struct controller *controller);
 

@@ -230,6 +230,10 @@ static int playback_aim(struct playback *playback, int64_t at_ns_q12,
         return MOTION_E_EMPTY;
     if (!playback_has(playback, at_ns_q12))
         return MOTION_E_ARG;
+    /* those that are a tick behind come to their end by themselves */
+    if (playback->arm == PLAYBACK_RUNNING &&
+        playback->controller->state == CONTROLLER_READY)
+        playback->arm = PLAYBACK_UNARMED;
     playback->at_ns_q12 = at_ns_q12;
     playback->then = then;
     playback->stops = playback->controller->stops;
@@ -346,7 +350,9 @@ void playback_step(struct playback *playback)
         playback->state = PLAYBACK_IDLE;
         return;
     }
-    if (controller->state != CONTROLLER_READY)
+    /* what was left has set points again a tick later */
+    if (controller->state != CONTROLLER_READY ||
+        (playback->leaves && controller->since_ns == controller->now_ns))
         return;
     playback->err = playback_ready(playback);
     if (playback->err < 0)

@@ -22,10 +22,18 @@
  *
  * Drives that sample tracks by themselves (hal/drive.h) are given theirs before
  * each motion: the controller is cued and held meanwhile (arm.c), and all begin
- * at one time.  A hold, a resume and an override of such a motion begin in a
- * tick that all have been told before (arm_ramp.c), and take all clocks through
- * the same rates: all come to rest at one place of the path.  Where a drive has
- * no such thing a hold is a stop.  It is not reversed, nor begun in its middle. */
+ * at one time.  From there on their clocks and ours are in step: where the operator
+ * wants them to go, held or to a rate, they go by ramps that begin in a tick that all
+ * have been told before (arm_ramp.c), through the same rates, so that all come to rest
+ * at one place of the path.  What is asked for meanwhile is kept, and begins after that:
+ * a hold is over by a resume alone.  Where a drive has no such thing a hold is a stop.
+ * It is not reversed, nor begun in its middle.
+ *
+ * A stop waits for nobody, so it is no such ramp: each clock comes to rest by itself,
+ * as soon as the limits of its own axes let it, and so does one that a fault stops.
+ * From that tick on such a drive's set point is its own (controller.c), until it is
+ * loaded again; READY comes when all stand, and one that does not in its time is braked
+ * by its quick stop. */
 #ifndef FIRMWARE_CONTROL_PLAYBACK_H
 #define FIRMWARE_CONTROL_PLAYBACK_H
 
@@ -56,6 +64,7 @@ enum playback_arm {
     PLAYBACK_LOADING,
     PLAYBACK_WAITING, /* for start_ns */
     PLAYBACK_RUNNING,
+    PLAYBACK_PARTED, /* each comes to rest by itself, by rest_ns */
 };
 
 /* Of each axis of the controller. */
@@ -71,14 +80,15 @@ struct playback_axis {
     bool is_armed; /* its drive has the track */
 };
 
-/* A change of the rate that drives that sample by themselves go along with. */
+/* Where all clocks are to go: held, or the override; and the change of the rate on the
+ * way there that drives that sample by themselves go along with. */
 struct playback_ramp {
-    bool is_wanted;    /* to wanted_q30, once the clock is steady */
+    bool holds;
+    int64_t holds_ns;  /* since when */
     bool is_scheduled; /* `ramp`, which begins at begin_ns on the clock */
     int32_t ticks;     /* ahead at least, to be judged by all */
     int32_t tried;     /* controller_ramp_find */
-    int64_t wanted_q30;
-    int64_t wanted_ns; /* since when */
+    int64_t rate_q30;  /* that all have been told to begin at */
     struct controller_ramp ramp;
     int64_t at_ns, begin_ns;
     int64_t since_ns;  /* on it, -1: from rest */
@@ -102,6 +112,7 @@ struct playback {
     int err;        /* why the last one could not begin; MOTION_OK */
     enum playback_arm arm;
     int64_t arm_ns, start_ns; /* since when; path time 0 of what is armed */
+    int64_t rest_ns;          /* PARTED: all stand by then */
     struct playback_ramp ramp;
 };
 
@@ -131,13 +142,13 @@ int playback_begin(struct playback *playback, int64_t at_ns_q12,
                    enum playback_then then);
 
 /* controller_hold and controller_resume; of a motion that drives sample by
- * themselves as soon as all have been told, a hold also after the change that is
- * under way.  Where one of them has a rate of its own only: a stop, and
- * MOTION_E_STATE. */
+ * themselves as soon as all have been told, and after the change that is under way;
+ * a resume takes back a hold that has not begun.  Where one of them has a rate of its
+ * own only, or before it has begun: a stop, and MOTION_E_STATE. */
 int playback_hold(struct playback *playback);
 int playback_resume(struct playback *playback);
 /* controller_override; while drives sample by themselves as soon as all have
- * been told, MOTION_E_STATE where one cannot be, or at 0 %. */
+ * been told, MOTION_E_STATE where one cannot be, or at 0 %; held, from the resume on. */
 int playback_override(struct playback *playback, int64_t rate_q30);
 /* Are drives being given what they are to sample? */
 bool playback_is_arming(const struct playback *playback);

@@ -78,15 +78,18 @@ def read_graph(path):
 
 def slots_of(sources):
     """Which functions stand in which slot: {slot: [function]}, from the
-    designated initialisers of `struct ..._ops` tables, and {"table[]":
-    [function]} from arrays of function pointers."""
+    designated initialisers of `struct ..._ops` tables, {"tracks->slot":
+    [function]} from those of what a drive does with tracks, most of which is
+    between ticks, and {"table[]": [function]} from arrays of function pointers."""
     slots = collections.defaultdict(list)
     for path in sources:
         text = open(path).read()
-        for rows in re.findall(r"struct\s+\w+_ops\s+\w+\s*=\s*{(.*?)}\s*;",
-                               text, re.S):
+        for kind, rows in re.findall(
+                r"struct\s+(\w+_ops|hal_drive_tracks)\s+\w+\s*=\s*{(.*?)}\s*;",
+                text, re.S):
+            prefix = "tracks->" if kind == "hal_drive_tracks" else ""
             for slot, function in re.findall(r"\.(\w+)\s*=\s*&?(\w+)", rows):
-                slots[slot].append(function)
+                slots[prefix + slot].append(function)
         for table, rows in re.findall(
                 r"\(\*\s*const\s+(\w+)\[\w*\]\)\([^)]*\)\s*=\s*{(.*?)}\s*;",
                 text, re.S):
@@ -107,13 +110,15 @@ def interface_slots():
 
 
 def slot_called_at(place):
-    """The slot of `x->ops->slot(...)` or `table[i](...)` at
-    file:line:column."""
+    """The slot of `x->ops->slot(...)`, `tracks->slot(...)` or `table[i](...)`
+    at file:line:column."""
     path, line, column = place.rsplit(":", 2)
     text = "".join(open(path).readlines()[int(line) - 1:int(line) + 2])
     text = text[int(column) - 1:]
     if match := re.match(r"[^;(]*?ops->(\w+)\s*\(", text):
         return match[1]
+    if match := re.match(r"tracks->\w+(?=\s*\()", text):
+        return match[0]
     if match := re.match(r"(\w+)\[[^;(]*\]\s*\(", text):
         return match[1] + "[]"
     return None
@@ -190,7 +195,7 @@ class Walk:
             if name not in self.by_name and room in rooms:
                 self.problem((name,), "not found, but it must be checked")
         names = list(ROOTS) + sorted({f for slot, fs in self.slots.items()
-                                      for f in fs if not slot.endswith("[]")})
+                                      for f in fs if slot.isidentifier()})
         return [t for name in names for t in self.by_name[name]]
 
 

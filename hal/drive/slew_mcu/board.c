@@ -44,9 +44,7 @@ void drive_slew_mcu_fail(struct drive_slew_mcu_board *board, const char *what,
         return;
     board_say(board, what, why);
     board->is_fault = true;
-    board->stops =
-        drive_slew_mcu_moves(board) || board->track == HAL_DRIVE_TRACK_WAITING;
-    drive_slew_mcu_move_forget(board);
+    drive_slew_mcu_stop(board);
 }
 
 static void board_lose(struct drive_slew_mcu_board *board, const char *what)
@@ -452,20 +450,23 @@ static void board_take_why(struct drive_slew_mcu_board *board,
     board_say(board, "is in fault: ", words);
 }
 
+/* Told too late it begins nothing, and nobody does (firmware/control/arm.c). */
 static void board_refused(struct drive_slew_mcu_board *board, uint16_t command)
 {
+    if (board->stops)
+        return;
     switch (command) {
     case MCU_COMMAND_ENABLE:
         drive_slew_mcu_fail(board, "refused to enable", "");
         return;
     case MCU_COMMAND_START:
-        drive_slew_mcu_fail(board, "refused to start", "");
+        drive_slew_mcu_move_forget(board);
         return;
     case MCU_COMMAND_OVERRIDE:
         drive_slew_mcu_fail(board, "refused the override", "");
         return;
     case MCU_COMMAND_RAMP:
-        drive_slew_mcu_fail(board, "refused to change its rate", "");
+        board->ramp_state = DRIVE_SLEW_MCU_RAMP_REFUSED;
         return;
     case MCU_COMMAND_WATCH:
         board_lose(board, "refused its watch");

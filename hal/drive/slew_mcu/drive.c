@@ -17,13 +17,6 @@ static int64_t drive_word_q32(const struct drive_slew_mcu *self, unsigned at)
 
 /* --- requests --- */
 
-static void drive_stop(struct drive_slew_mcu_board *board)
-{
-    if (drive_slew_mcu_moves(board) || board->track == HAL_DRIVE_TRACK_WAITING)
-        board->stops = true;
-    drive_slew_mcu_move_forget(board);
-}
-
 static void drive_reset(struct drive_slew_mcu_board *board)
 {
     if (board->phase == DRIVE_SLEW_MCU_LOST) {
@@ -57,7 +50,7 @@ static void drive_slew_mcu_request(struct hal_drive *drive,
     }
     board->enables = false;
     board->is_off = true;
-    drive_stop(board);
+    drive_slew_mcu_stop(board);
 }
 
 /* --- set points --- */
@@ -67,10 +60,6 @@ static int drive_slew_mcu_set_target(struct hal_drive *drive,
 {
     struct drive_slew_mcu *self = drive_slew_mcu_of(drive);
 
-    if (!self->is_set)
-        self->past_count = 0; /* those before followed the axis */
-    self->is_set = self->is_set || (self->board->ready_ns != 0 &&
-                                    self->word_ns > self->board->ready_ns);
     self->past[self->past_count++ % DRIVE_SLEW_MCU_HISTORY] =
         (struct drive_slew_mcu_past){ self->board->now_ns, target->pos_q32 };
     return MOTION_OK;
@@ -140,21 +129,18 @@ static void drive_fault_text(const struct drive_slew_mcu *self,
     }
 }
 
-/* Until set points come, where its own set point is: the first of ours is that
- * then, and not what the axis droops by. */
+/* Its own set point is what it stands at: the first of ours is that then, and not what
+ * the axis droops by. */
 static void drive_place(const struct drive_slew_mcu *self,
                         struct hal_drive_feedback *feedback)
 {
-    feedback->pos_q32 =
-        drive_word_q32(self, self->is_set ? MCU_AXIS_ACTUAL : MCU_AXIS_TARGET);
+    feedback->pos_q32 = drive_word_q32(self, MCU_AXIS_ACTUAL);
     feedback->vel_q32 = self->vel_q32;
     feedback->t_ns = self->word_ns;
-    feedback->demand_known =
-        drive_demand(self, self->word_ns, &feedback->demand_q32);
-    if (!self->is_set) {
-        feedback->demand_known = true;
-        feedback->demand_q32 = feedback->pos_q32;
-    }
+    feedback->demand_known = true;
+    if (!drive_slew_mcu_is_ours(self->board) ||
+        !drive_demand(self, self->word_ns, &feedback->demand_q32))
+        feedback->demand_q32 = drive_word_q32(self, MCU_AXIS_TARGET);
 }
 
 static void drive_slew_mcu_feedback(struct hal_drive *drive,
@@ -175,8 +161,6 @@ static void drive_slew_mcu_feedback(struct hal_drive *drive,
                            (feedback->state == HAL_DRIVE_FAULT &&
                             self->word[MCU_AXIS_DRIVE] == HAL_DRIVE_OFF);
     self->is_up = feedback->state == HAL_DRIVE_ENABLED;
-    if (!self->is_up || board->stops)
-        self->is_set = false;
     drive_place(self, feedback);
     drive_fault_text(self, feedback);
 }

@@ -29,9 +29,14 @@
  * been added since, on top of what was needed in the move before.  An oscillator
  * that is off by 50 ppm is 0.4 ms off then, and not more with time.
  *
- * Where its axes should be by our clock is what set_target says; feedback tells
- * which of these set points was due when the position was measured, so that the
- * controller's following error is also how far the board is off our clock.
+ * Where its axes should be by our clock is what set_target says; from a start to a stop,
+ * a fault or the end of the move feedback tells which of these set points was due when
+ * the position was measured, so that the controller's following error is also how far
+ * the board is off our clock.  Else it tells the board's own set point.
+ *
+ * A stop takes the place of a command that has not been answered: it is what is asked
+ * next, whatever the board has said last, and it stops until the board has said after
+ * that that it stands, and where.
  *
  * The board stops by itself when it hears nothing for watch_ms. */
 #ifndef HAL_DRIVE_SLEW_MCU_DRIVE_H
@@ -78,6 +83,7 @@ enum drive_slew_mcu_ramp {
     DRIVE_SLEW_MCU_NO_RAMP,
     DRIVE_SLEW_MCU_RAMP_ASKED,
     DRIVE_SLEW_MCU_RAMP_TOLD,
+    DRIVE_SLEW_MCU_RAMP_REFUSED, /* told too late */
     DRIVE_SLEW_MCU_RAMP_DONE,
 };
 
@@ -141,7 +147,8 @@ struct drive_slew_mcu_board {
     struct hal_drive_ramp ramp;
     uint32_t anchor_at, ramp_at; /* ticks: in step with us; it begins */
     bool is_told;
-    bool stops; /* is to stop, or on its way to rest */
+    bool stops;         /* is to stop, or on its way to rest */
+    bool is_stop_asked; /* since then, the board */
 };
 
 struct drive_slew_mcu {
@@ -156,8 +163,7 @@ struct drive_slew_mcu {
     /* what it says, and when */
     uint16_t word[MCU_AXIS_WORDS];
     int64_t word_ns, vel_q32;
-    bool is_up;  /* ENABLED, since it was enabled */
-    bool is_set; /* set points come, since then or a stop */
+    bool is_up; /* ENABLED, since it was enabled */
     struct drive_slew_mcu_past past[DRIVE_SLEW_MCU_HISTORY];
     unsigned past_count; /* ever */
 };

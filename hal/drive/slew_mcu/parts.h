@@ -52,9 +52,12 @@ bool drive_slew_mcu_setup_request(struct drive_slew_mcu_board *board,
                                   struct hal_modbus_request *request);
 void drive_slew_mcu_setup_done(struct drive_slew_mcu_board *board);
 
-/* tracks.c.  Request: the next piece; false: nothing to send.  Reply: what
- * became of it. */
+/* tracks.c.  Stop: it is to come to rest, before anything else.  Is ours: what it plays,
+ * or is to begin, is by our clock.  Request: the next piece; false: nothing to send.
+ * Reply: what became of it. */
 extern const struct hal_drive_tracks drive_slew_mcu_tracks;
+void drive_slew_mcu_stop(struct drive_slew_mcu_board *board);
+bool drive_slew_mcu_is_ours(const struct drive_slew_mcu_board *board);
 bool drive_slew_mcu_piece_request(struct drive_slew_mcu_board *board,
                                   struct hal_modbus_request *request,
                                   uint16_t *cookie);

@@ -31,6 +31,27 @@ void drive_slew_mcu_move_forget(struct drive_slew_mcu_board *board)
 
 /* --- what is asked for --- */
 
+void drive_slew_mcu_stop(struct drive_slew_mcu_board *board)
+{
+    const bool goes = board->track == HAL_DRIVE_TRACK_WAITING ||
+                      board->track == HAL_DRIVE_TRACK_PLAYING ||
+                      drive_slew_mcu_moves(board);
+
+    drive_slew_mcu_move_forget(board);
+    if (!goes || board->stops)
+        return;
+    board->stops = true;
+    board->is_stop_asked = false;
+    board->command.sequence = 0;
+    board->is_new = true;
+}
+
+bool drive_slew_mcu_is_ours(const struct drive_slew_mcu_board *board)
+{
+    return board->track == HAL_DRIVE_TRACK_WAITING ||
+           board->track == HAL_DRIVE_TRACK_PLAYING;
+}
+
 /* All axes stand where they are, until one is told otherwise. */
 static void tracks_anew(struct drive_slew_mcu_board *board)
 {
@@ -136,6 +157,10 @@ static int tracks_ramp(struct hal_drive *drive,
 {
     struct drive_slew_mcu_board *board = tracks_of(drive)->board;
 
+    if (board->track == HAL_DRIVE_TRACK_ENDED)
+        return MOTION_OK;
+    if (board->ramp_state == DRIVE_SLEW_MCU_RAMP_REFUSED)
+        return MOTION_E_STATE;
     if (board->ramp_state != DRIVE_SLEW_MCU_NO_RAMP &&
         board->ramp.at_ns == ramp->at_ns) /* this one */
         return board->ramp_state == DRIVE_SLEW_MCU_RAMP_DONE ||
@@ -161,12 +186,7 @@ static int tracks_ramp(struct hal_drive *drive,
 
 static void tracks_stop(struct hal_drive *drive)
 {
-    struct drive_slew_mcu_board *board = tracks_of(drive)->board;
-
-    if (board->track == HAL_DRIVE_TRACK_WAITING ||
-        board->track == HAL_DRIVE_TRACK_PLAYING || drive_slew_mcu_moves(board))
-        board->stops = true;
-    drive_slew_mcu_move_forget(board);
+    drive_slew_mcu_stop(tracks_of(drive)->board);
 }
 
 const struct hal_drive_tracks drive_slew_mcu_tracks = {
@@ -228,7 +248,8 @@ bool drive_slew_mcu_piece_request(struct drive_slew_mcu_board *board,
     uint16_t piece[MCU_PIECE_MAX];
     struct drive_slew_mcu *behind;
 
-    if (board->track == HAL_DRIVE_TRACK_NONE || board->is_fresh ||
+    if (board->track == HAL_DRIVE_TRACK_NONE ||
+        board->track == HAL_DRIVE_TRACK_ENDED || board->is_fresh ||
         board->stops || board->is_fault)
         return false;
     if (board->heads < board->axis_count) {
@@ -310,17 +331,20 @@ static void tracks_ramp_command(struct drive_slew_mcu_board *board,
     command->has_at = true;
     command->ramp = &board->ramp;
     board->ramp_state = DRIVE_SLEW_MCU_RAMP_TOLD;
+    board->told_q30 = 0; /* its override is the ramp's, once it has begun */
 }
 
 bool drive_slew_mcu_move_command(struct drive_slew_mcu_board *board,
                                  struct drive_slew_mcu_command *command)
 {
     if (board->stops) {
-        if (drive_slew_mcu_state(board) == BOARD_STOPPING ||
-            (!drive_slew_mcu_moves(board) &&
-             board->state[MCU_STATE_WAITING] == 0))
+        if (board->is_stop_asked &&
+            (drive_slew_mcu_state(board) == BOARD_STOPPING ||
+             (!drive_slew_mcu_moves(board) &&
+              board->state[MCU_STATE_WAITING] == 0)))
             return false;
         command->command = MCU_COMMAND_STOP;
+        board->is_stop_asked = true;
         return true;
     }
     if (board->track == HAL_DRIVE_TRACK_PLAYING &&
@@ -357,6 +381,23 @@ static bool tracks_are_known(const struct drive_slew_mcu_board *board)
     return true;
 }
 
+/* Where its tracks end, or it has stopped by itself: heard nothing for too long, or was
+ * told by somebody else. */
+static void tracks_end(struct drive_slew_mcu_board *board)
+{
+    for (unsigned i = 0; i < board->axis_count; i++)
+        if ((int64_t)mcu_words_get(board->axis[i]->word + MCU_AXIS_TARGET, 4) !=
+            board->axis[i]->head.end.pos_q32) {
+            drive_slew_mcu_fail(board, "stopped before its move had ended",
+                                board->state[MCU_STATE_SILENT] != 0
+                                    ? ": it heard nothing for too long"
+                                    : "");
+            return;
+        }
+    drive_slew_mcu_move_forget(board);
+    board->track = HAL_DRIVE_TRACK_ENDED;
+}
+
 /* Begun in its tick, or not at all. */
 static void tracks_ramp_look(struct drive_slew_mcu_board *board)
 {
@@ -366,7 +407,8 @@ static void tracks_ramp_look(struct drive_slew_mcu_board *board)
         board->state[MCU_STATE_WAITING] != 0)
         return;
     board->ramp_state = DRIVE_SLEW_MCU_RAMP_DONE;
-    if (board->state[MCU_STATE_RESULT] != MCU_RESULT_DONE)
+    if (board->state[MCU_STATE_RESULT] != MCU_RESULT_DONE &&
+        drive_slew_mcu_moves(board)) /* else it came to its end before */
         drive_slew_mcu_fail(board, "did not follow the rate of the move", "");
 }
 
@@ -378,8 +420,9 @@ void drive_slew_mcu_move_look(struct drive_slew_mcu_board *board)
     const uint32_t began =
         (uint32_t)mcu_words_get(board->state + MCU_STATE_BEGAN, 2);
 
-    if (board->stops && !moves && board->state[MCU_STATE_WAITING] == 0 &&
-        board->command.sequence == 0 && tracks_are_known(board))
+    if (board->stops && board->is_stop_asked && !moves &&
+        board->state[MCU_STATE_WAITING] == 0 && board->command.sequence == 0 &&
+        tracks_are_known(board))
         board->stops = false;
     tracks_ramp_look(board);
     switch (board->track) {
@@ -395,9 +438,11 @@ void drive_slew_mcu_move_look(struct drive_slew_mcu_board *board)
             drive_slew_mcu_fail(board, "did not begin in its tick", "");
         return;
     case HAL_DRIVE_TRACK_PLAYING:
-        if (!moves && began == board->start_at)
-            drive_slew_mcu_move_forget(board);
+        if (drive_slew_mcu_state(board) == BOARD_READY &&
+            began == board->start_at && tracks_are_known(board))
+            tracks_end(board);
         return;
+    case HAL_DRIVE_TRACK_ENDED:
     case HAL_DRIVE_TRACK_NONE:
     case HAL_DRIVE_TRACK_LOADED:
         return;

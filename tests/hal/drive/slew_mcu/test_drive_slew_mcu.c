@@ -49,6 +49,7 @@ struct bench {
 static struct bench *bench;
 
 static int64_t jerk_q32; /* of all axes; 0: no limit */
+static int slow = -1;    /* this axis brakes a thousand times slower */
 
 static void tick(void)
 {
@@ -97,6 +98,9 @@ static void set_up_axis(unsigned i)
         .following_k_ns = 20 * MS,
         .feedback_max_age_ns = 500 * MS,
     };
+    if ((int)i == slow)
+        bench->config[i].limit.acc_q32 = bench->config[i].stop.acc_q32 =
+            40 * ONE;
 }
 
 static struct drive_slew_mcu_config drive_config(unsigned i)
@@ -630,6 +634,86 @@ static void a_stop_stops_all_and_they_go_on_from_there(void **state)
     }
 }
 
+/* Until READY no drive loses its torque and none moves on after it; the next move
+ * begins with the way to its start. */
+static void rests_in_ready_and_goes_on(void)
+{
+    for (unsigned i = 0; bench->controller.state != CONTROLLER_READY; i++) {
+        assert_true(i < 6000);
+        tick();
+        assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+        for (unsigned k = 0; k < AXES; k++)
+            assert_int_equal(bench->axis[k].feedback.state, HAL_DRIVE_ENABLED);
+    }
+    assert_true(boards_stand());
+    for (unsigned i = 0; i < AXES - 1; i++)
+        assert_int_equal(bench->axis[i].target.pos_q32,
+                         bench->board[i / 2].unit.axis[i % 2].target.pos_q32);
+    assert_int_equal(playback_override(&bench->playback, ONE >> 2), MOTION_OK);
+    assert_int_equal(playback_go(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    for (unsigned i = 0; i < 60000 && bench->playback.state != PLAYBACK_IDLE;
+         i++)
+        tick();
+    assert_int_equal(bench->playback.played, 1);
+    assert_int_equal(bench->controller.fault.fault, CONTROLLER_FAULT_NONE);
+}
+
+static void begin_slowly(int which)
+{
+    slow = which;
+    set_up();
+    slow = -1;
+    get_ready();
+    make_move(8, 1000);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 3000));
+}
+
+/* The boards stand long before the PC's axis, or one of them long after it. */
+static void a_stop_beside_a_slower_axis_ends_in_ready(void **state)
+{
+    (void)state;
+    for (int which = 0; which < AXES; which++)
+        for (unsigned when = 40; when < 4000; when += 1117) {
+            begin_slowly(which);
+            for (unsigned i = 0; i < when; i++)
+                tick();
+            controller_stop(&bench->controller);
+            rests_in_ready_and_goes_on();
+        }
+}
+
+/* Some commands in 100 ms, in one tick or some apart; a stop is the last. */
+static void whatever_is_asked_before_a_stop_it_ends_in_ready(void **state)
+{
+    uint64_t seed = 7;
+    (void)state;
+    for (unsigned n = 0; n < 24; n++) {
+        begin_slowly((int)check_random_in(&seed, 0, AXES - 1));
+        for (int64_t i = check_random_in(&seed, 0, 3000); i > 0; i--)
+            tick();
+        for (int64_t k = check_random_in(&seed, 2, 8); k > 0; k--) {
+            const int64_t which = check_random_in(&seed, 0, 3);
+            if (which == 0)
+                (void)playback_hold(&bench->playback);
+            else if (which == 1)
+                (void)playback_resume(&bench->playback);
+            else if (which == 2)
+                (void)playback_override(&bench->playback,
+                                        check_random_in(&seed, 1, 100) *
+                                            (ONE >> 2) / 100);
+            else if (k == 1)
+                controller_stop(&bench->controller);
+            for (int64_t i = check_random_in(&seed, -10, 30); i > 0; i--)
+                tick();
+        }
+        controller_stop(&bench->controller);
+        rests_in_ready_and_goes_on();
+    }
+}
+
 /* At any time of loading and waiting too: nothing begins. */
 static void a_stop_before_the_start_begins_nothing(void **state)
 {
@@ -857,6 +941,8 @@ int main(void)
         cmocka_unit_test(a_hold_just_before_the_end_is_none),
         cmocka_unit_test(a_board_that_cannot_follow_is_a_fault_of_the_rig),
         cmocka_unit_test(a_stop_stops_all_and_they_go_on_from_there),
+        cmocka_unit_test(a_stop_beside_a_slower_axis_ends_in_ready),
+        cmocka_unit_test(whatever_is_asked_before_a_stop_it_ends_in_ready),
         cmocka_unit_test(a_stop_before_the_start_begins_nothing),
         cmocka_unit_test(a_line_that_is_cut_stops_everything),
         cmocka_unit_test(a_board_in_fault_stops_the_group),
