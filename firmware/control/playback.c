@@ -25,6 +25,21 @@ void playback_unload(struct playback *playback)
     playback->state = PLAYBACK_IDLE;
 }
 
+static bool playback_can_repeat(const struct playback *playback, int64_t times,
+                                bool is_ping_pong)
+{
+    const struct controller *controller = playback->controller;
+    for (unsigned i = 0; times != 1 && i < controller->config.axis_count; i++) {
+        const struct motion_track *track = playback->axis[i].track;
+        if (track != NULL &&
+            (track->outline != NULL ||
+             (is_ping_pong && (controller->config.axis[i].by_goals ||
+                               playback_samples(playback, i)))))
+            return false;
+    }
+    return true;
+}
+
 int playback_load(struct playback *playback,
                   const struct motion_track *const track[])
 {
@@ -44,6 +59,11 @@ int playback_load(struct playback *playback,
             playback->end_ns_q12 = track[i]->end_ns_q12;
     }
     playback->is_loaded = true;
+    if (!playback_can_repeat(playback, playback->times,
+                             playback->is_ping_pong)) {
+        playback->times = 1;
+        playback->is_ping_pong = false;
+    }
     return MOTION_OK;
 }
 
@@ -286,19 +306,9 @@ int playback_reverse(struct playback *playback, bool is_reversed)
 
 int playback_repeat(struct playback *playback, int64_t times, bool is_ping_pong)
 {
-    const struct controller *controller = playback->controller;
-    if (times < 0)
+    if (times < 0 || (playback->is_loaded &&
+                      !playback_can_repeat(playback, times, is_ping_pong)))
         return MOTION_E_ARG;
-    for (unsigned i = 0;
-         playback->is_loaded && times != 1 && i < controller->config.axis_count;
-         i++) {
-        const struct motion_track *track = playback->axis[i].track;
-        if (track != NULL &&
-            (track->outline != NULL ||
-             (is_ping_pong && (controller->config.axis[i].by_goals ||
-                               playback_samples(playback, i)))))
-            return MOTION_E_ARG;
-    }
     playback->times = times;
     playback->is_ping_pong = is_ping_pong;
     return MOTION_OK;

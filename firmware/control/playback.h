@@ -121,8 +121,9 @@ struct playback {
 void playback_init(struct playback *playback, struct controller *controller,
                    struct controller_jog *jog, struct playback_axis axis[]);
 
-/* The tracks, of each axis, must outlive their use.  MOTION_E_STATE while
- * something is played or held, MOTION_E_ARG without `axis`. */
+/* The tracks, of each axis, must outlive their use.  Played once, where it cannot be
+ * repeated as was said before.  MOTION_E_STATE while something is played or held,
+ * MOTION_E_ARG without `axis`. */
 int playback_load(struct playback *playback,
                   const struct motion_track *const track[]);
 void playback_unload(struct playback *playback);

@@ -634,6 +634,25 @@ static void a_stop_stops_all_and_they_go_on_from_there(void **state)
     }
 }
 
+/* What it cannot be repeated as was asked for before it was loaded. */
+static void a_move_that_is_loaded_later_is_played_once(void **state)
+{
+    (void)state;
+    set_up();
+    get_ready();
+    assert_int_equal(playback_repeat(&bench->playback, 0, true), MOTION_OK);
+    make_move(4, 200);
+    assert_int_equal(playback_begin(&bench->playback, 0, PLAYBACK_PLAY),
+                     MOTION_OK);
+    assert_true(comes(CONTROLLER_MOVING, 3000));
+    assert_true(comes(CONTROLLER_READY, 3000));
+    for (unsigned i = 0; i < 500; i++)
+        tick();
+    assert_int_equal(bench->controller.state, CONTROLLER_READY);
+    assert_int_equal(bench->playback.played, 1);
+    assert_int_equal(bench->playback.err, MOTION_OK);
+}
+
 /* Until READY no drive loses its torque and none moves on after it; the next move
  * begins with the way to its start. */
 static void rests_in_ready_and_goes_on(void)
@@ -941,6 +960,7 @@ int main(void)
         cmocka_unit_test(a_hold_just_before_the_end_is_none),
         cmocka_unit_test(a_board_that_cannot_follow_is_a_fault_of_the_rig),
         cmocka_unit_test(a_stop_stops_all_and_they_go_on_from_there),
+        cmocka_unit_test(a_move_that_is_loaded_later_is_played_once),
         cmocka_unit_test(a_stop_beside_a_slower_axis_ends_in_ready),
         cmocka_unit_test(whatever_is_asked_before_a_stop_it_ends_in_ready),
         cmocka_unit_test(a_stop_before_the_start_begins_nothing),
