@@ -11,6 +11,9 @@
 #define COUPLE_SECOND_NS  INT64_C(1000000000)
 #define COUPLE_WINDOW_Q32 ((int64_t)1 << 12)
 #define COUPLE_SHIFT_MAX  13
+/* log2 s: as time no curve is much longer, so that its slopes have enough bits where a
+ * master counts and its follower goes in metres. */
+#define COUPLE_LONG 6
 
 /* --- a cam --- */
 
@@ -29,19 +32,20 @@ uint8_t controller_cam_shift(int64_t low_q32, int64_t high_q32)
 {
     uint8_t shift = 0;
     while (shift < COUPLE_SHIFT_MAX &&
-           ((uint64_t)high_q32 - (uint64_t)low_q32) >> (32 + 18 + shift) != 0)
+           ((uint64_t)high_q32 - (uint64_t)low_q32) >>
+                   (32 + COUPLE_LONG + shift) !=
+               0)
         shift++;
     return shift;
 }
 
-/* By the master's unit, and no less than it is: a state is rounded by a unit. */
+/* No less than it is: a state is rounded by a unit. */
 static int64_t couple_largest(const struct controller_cam *cam,
-                              enum motion_quantity quantity)
+                              enum motion_quantity quantity, unsigned shift)
 {
     const int64_t largest = controller_largest(cam->track, quantity);
-    return largest > 0 && largest < INT64_MAX
-               ? (largest >> ((unsigned)quantity * cam->shift)) + 1
-               : largest;
+    return largest > 0 && largest < INT64_MAX ? (largest >> shift) + 1
+                                              : largest;
 }
 
 int controller_cam_init(struct controller_cam *cam)
@@ -54,9 +58,9 @@ int controller_cam_init(struct controller_cam *cam)
         motion_fixed_abs(cam->track->end_ns_q12 - long_ns_q12) >
             MOTION_FIXED_NS_Q12)
         return MOTION_E_ARG;
-    cam->slope_q32 = couple_largest(cam, MOTION_VEL);
-    cam->second_q32 = couple_largest(cam, MOTION_ACC);
-    cam->third_q32 = couple_largest(cam, MOTION_JERK);
+    cam->slope_q32 = couple_largest(cam, MOTION_VEL, cam->shift);
+    cam->second_q32 = couple_largest(cam, MOTION_ACC, 0);
+    cam->third_q32 = couple_largest(cam, MOTION_JERK, 0);
     motion_track_extreme(cam->track, MOTION_POS, &pos);
     cam->window_q32 = COUPLE_WINDOW_Q32 + ((pos.max - pos.min) >> 30);
     return MOTION_OK;
@@ -87,10 +91,10 @@ static void couple_at(const struct controller_cam *cam,
     if (motion_fixed_mulshift(curve.vel_q32, master->acc_q32, 32 + shift,
                               &out->acc_q32) < 0)
         out->acc_q32 = 0;
-    if (motion_fixed_mulshift(curve.acc_q32, master->vel_q32, 32 + 2 * shift,
+    if (motion_fixed_mulshift(curve.acc_q32, master->vel_q32, 32 + shift,
                               &bend_q32) == MOTION_OK &&
-        motion_fixed_mulshift(bend_q32, master->vel_q32, 32, &part_q32) ==
-            MOTION_OK &&
+        motion_fixed_mulshift(bend_q32, master->vel_q32, 32 + shift,
+                              &part_q32) == MOTION_OK &&
         motion_fixed_add(out->acc_q32, part_q32, &part_q32) == MOTION_OK)
         out->acc_q32 = part_q32;
 }
@@ -153,6 +157,13 @@ static void couple_least(int64_t *value, int64_t most)
         *value = most;
 }
 
+/* A speed of the master, by the track's time. */
+static int64_t couple_by_track(const struct controller_cam *cam,
+                               int64_t vel_q32)
+{
+    return (vel_q32 >> cam->shift) + 1;
+}
+
 /* C'' v^2 takes half of the follower's acceleration and C''' v^3 a third of its
  * jerk at most; a speed that is too high for that is lowered by eighths. */
 static void couple_speed(const struct controller_cam *cam,
@@ -163,7 +174,7 @@ static void couple_speed(const struct controller_cam *cam,
                  couple_share(own->vel_q32, cam->slope_q32, 1));
     for (int i = 0; i < 512 && limit->vel_q32 > 8; i++) {
         /* a square of counts/s is beyond the format */
-        const int64_t vel_q32 = limit->vel_q32;
+        const int64_t vel_q32 = couple_by_track(cam, limit->vel_q32);
         const int64_t acc_q32 =
             couple_times(couple_times(cam->second_q32, vel_q32), vel_q32);
         const int64_t jerk_q32 = couple_times(
@@ -191,11 +202,13 @@ static void couple_reduce(const struct controller_cam *cam,
                  couple_share(keep->acc_q32, cam->slope_q32, bends ? 2 : 1));
     if (keep->jerk_q32 == 0)
         return;
-    if (bends)
-        couple_least(&limit->acc_q32,
-                     couple_share(keep->jerk_q32,
-                                  couple_times(cam->second_q32, limit->vel_q32),
-                                  9));
+    if (bends) {
+        const int64_t by_q32 =
+            couple_times(cam->second_q32, couple_by_track(cam, limit->vel_q32));
+        const int64_t acc_q32 = couple_share(keep->jerk_q32, by_q32, 9);
+        if (acc_q32 <= INT64_MAX >> cam->shift)
+            couple_least(&limit->acc_q32, acc_q32 << cam->shift);
+    }
     const int64_t jerk_q32 =
         couple_share(keep->jerk_q32, cam->slope_q32, bends ? 3 : 1);
     if (limit->jerk_q32 == 0)

@@ -3,7 +3,7 @@
  *
  * The curve is a track that is read by the master's place in the place of time:
  * one unit of the master is one second of it, or 2^-shift s where it goes further than
- * a track is long.  A gear is a straight line.  The
+ * a minute of that.  A gear is a straight line.  The
  * follower is told its place, speed and acceleration in the same tick as the
  * master, by the chain rule
  *     p = C(m) + o    v = C'(m) m'    a = C''(m) m'^2 + C'(m) m''
@@ -40,8 +40,8 @@ struct controller_cam {
     const struct motion_track *track; /* the follower's, by (m - low) */
     int64_t low_q32, high_q32;        /* of the master, low < high */
     uint8_t shift;                    /* controller_cam_shift, 0 .. 13 */
-    /* by controller_cam_init: of the follower's unit per the master's, its
-     * square and its cube, the largest there are */
+    /* by controller_cam_init, the largest there are: C' by the master's unit, C'' and
+     * C''' by the track's time */
     int64_t slope_q32, second_q32, third_q32;
     /* so far beside its curve may a follower stand, and be led by a track of its own:
      * 2^-20 of its unit, and 2^-30 of how far the curve goes */
@@ -49,7 +49,7 @@ struct controller_cam {
     int64_t offset_q32; /* o, the controller's while it is coupled */
 };
 
-/* The least with which a segment may be as long as that. */
+/* The least with which that is no longer than a minute, or 13. */
 uint8_t controller_cam_shift(int64_t low_q32, int64_t high_q32);
 /* Fills in the rest.  MOTION_E_ARG: no range, or a track that is not as long.  Not
  * on the tick. */
@@ -68,10 +68,10 @@ void controller_cam_at(const struct controller_cam *cam,
  * is faster than these now, that is MOTION_E_LIMIT.  MOTION_E_STATE; MOTION_E_ARG:
  * the master is the axis itself, is coupled to another, the cam has a follower, or
  * either goes by a profile of its drive's; MOTION_E_UNHOMED; MOTION_E_LIMIT: the curve
- * leaves the range of the axis, or the master stands outside of it; MOTION_E_DISCONTINUITY: its slope, or of
- * an axis with a limit of jerk its curvature, steps by more than a hundredth of what
- * the limits let happen in a period; MOTION_E_AWAY: the axis does not stand where
- * the curve is. */
+ * leaves the range of the axis, or the master stands outside of it;
+ * MOTION_E_DISCONTINUITY: its slope, or of an axis with a limit of jerk its curvature,
+ * steps by more than a hundredth of what the limits let happen in a period;
+ * MOTION_E_AWAY: the axis does not stand where the curve is. */
 int controller_couple(struct controller *controller, unsigned axis,
                       struct controller_cam *cam);
 /* In READY, else MOTION_E_STATE. */

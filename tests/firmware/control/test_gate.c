@@ -552,10 +552,15 @@ static bool limits_to_follow(unsigned i)
     const long double acc = difference_units(by->acc_q32);
     const long double jerk = difference_units(by->jerk_q32);
     const long double slope = difference_units(cam[i].slope_q32) * (1 + 1e-8L);
+    const int shift = cam[i].shift;
+    const long double bits =
+        1 + ldexpl(0x1p-29L, shift) / vel; /* a speed's bits */
     const long double second =
-        difference_units(cam[i].second_q32) + 0x1p-31L / vel;
+        ldexpl(difference_units(cam[i].second_q32), -2 * shift) * bits +
+        0x1p-31L / vel;
     const long double third =
-        difference_units(cam[i].third_q32) + 0x1p-31L / vel * (1 + 1 / vel);
+        ldexpl(difference_units(cam[i].third_q32), -3 * shift) * bits +
+        0x1p-31L / vel * (1 + 1 / vel);
     const long double most_acc =
         bends ? 2 * fmaxl(slope * acc, second * vel * vel) : slope * acc;
     const long double most_jerk =
