@@ -378,6 +378,7 @@ nightly:
 	@$(MAKE) examples-back
 	@$(MAKE) fault-pairs N=10000
 	@$(MAKE) ramps
+	@$(MAKE) stateful N=10000000
 	@$(MAKE) clang-tidy TIDY_TESTS=
 	@$(MAKE) test EVERY=1
 	@$(MAKE) test CC=clang SAN=address,undefined EVERY=1

@@ -5,7 +5,8 @@
  * A.  Every such ramp of a fine grid is judged by itself, from the tracks
  * alone, by dense sampling, and at both sides of every border of segments, of
  *     p' = f' r     p'' = f'' r^2 + f' r'     p''' = f''' r^3 + 3 f'' r r' + f' r''
- * Only the piece that brings r' to 0 counts in ticks (oracle_level). */
+ * In reverse f' and f''' are the negative.  Only the piece that brings r' to 0 counts
+ * in ticks (oracle_level). */
 #ifndef TESTS_FIRMWARE_CONTROL_RAMP_ORACLE_H
 #define TESTS_FIRMWARE_CONTROL_RAMP_ORACLE_H
 
@@ -67,9 +68,27 @@ static inline bool oracle_keeps(const struct motion_clock_limit *limit,
                                          f1 * at->jerk) <= third * most + 1e-6);
 }
 
+static inline void oracle_turn(const struct controller *c,
+                               struct motion_state *f)
+{
+    if (!c->is_reversed)
+        return;
+    f->vel_q32 = -f->vel_q32;
+    f->jerk_q32 = -f->jerk_q32;
+}
+
+/* On the path, where the clock that reads it is at s. */
+static inline int64_t oracle_place(const struct controller *c, double s)
+{
+    const double end = (double)c->move_end_ns_q12;
+    const double at = fmin(s * (double)MOTION_FIXED_S_Q12, end);
+    return (int64_t)(c->is_reversed ? end - at : at);
+}
+
 /* Both sides of the borders of segments that the clock comes to in a piece:
  * p''' jumps there, and the next sample would see it late. */
-static inline bool oracle_borders(const struct motion_track *track,
+static inline bool oracle_borders(const struct controller *c,
+                                  const struct motion_track *track,
                                   const struct motion_clock_limit *limit,
                                   const struct oracle_clock *piece, double t1)
 {
@@ -77,7 +96,8 @@ static inline bool oracle_borders(const struct motion_track *track,
     const double s0 = piece->s * unit, s1 = oracle_at(piece, t1).s * unit;
     for (uint32_t i = 0; i < track->count; i++) {
         const struct motion_segment *segment = &track->segment[i];
-        const int64_t end = segment->start_ns_q12 + segment->dur_ns_q12;
+        const int64_t path = segment->start_ns_q12 + segment->dur_ns_q12;
+        const int64_t end = c->is_reversed ? c->move_end_ns_q12 - path : path;
         struct motion_state left, right;
         double low = 0, high = t1;
         if ((double)end <= s0 || (double)end > s1)
@@ -88,7 +108,9 @@ static inline bool oracle_borders(const struct motion_track *track,
         }
         const struct oracle_clock at = oracle_at(piece, high);
         motion_segment_state(segment, segment->dur_ns_q12, &left);
-        motion_track_state(track, end, &right);
+        motion_track_state(track, path, &right);
+        oracle_turn(c, &left);
+        oracle_turn(c, &right);
         if (!oracle_keeps(limit, &left, &at) ||
             !oracle_keeps(limit, &right, &at))
             return false;
@@ -104,16 +126,15 @@ static inline bool oracle_axis_fits(const struct controller *c, unsigned i,
     const struct motion_track *track = c->axis[i].track;
     const struct motion_clock_limit *limit =
         stop ? &c->config.axis[i].stop : &c->config.axis[i].limit;
-    const double end = (double)c->move_end_ns_q12;
     for (int m = 0; m <= n && n > 0; m++) {
         const struct oracle_clock at = oracle_at(piece, t1 * m / n);
         struct motion_state f;
-        motion_track_state(
-            track, (int64_t)fmin(at.s * (double)MOTION_FIXED_S_Q12, end), &f);
+        motion_track_state(track, oracle_place(c, at.s), &f);
+        oracle_turn(c, &f);
         if (!oracle_keeps(limit, &f, &at))
             return false;
     }
-    return n == 0 || oracle_borders(track, limit, piece, t1);
+    return n == 0 || oracle_borders(c, track, limit, piece, t1);
 }
 
 static inline bool oracle_fits_by(const struct controller *c,

@@ -11,15 +11,21 @@
  *
  *   stateful_axis.c     a drive and its axis: late, drooping, failing; switches
  *   stateful_profile.c  a drive that goes by its own profile
+ *   stateful_board.c    a board that samples tracks by itself
+ *   stateful_onboard.c  which axes are on boards; whose set points are in force
  *   stateful_rig.c      what an episode is made of
  *   stateful_move.c     tracks, from gentle to exactly at the limits
  *   stateful_play.c     a move that is gone to, reversed and repeated
  *   stateful_command.c  commands, noted and told to the judge
+ *   stateful_couple.c   gears and cams
+ *   stateful_client.c   several senders at once, a stop of any of them
+ *   stateful_shot.c     pulses at times of the path
  *   stateful_read.c     moves that are read piece by piece while they are played
  *   stateful_draw.c     which commands come when
  *   stateful_mishap.c   what goes wrong by itself
  *   stateful_judge.c    set points: limits, range, standing still, torque
  *   stateful_fault.c    faults: causes, latching; e-stop; an axis that runs away
+ *   stateful_torque.c   torque in motion: off, and the drives' quick stop, for a reason
  *   stateful_stop.c     stops: no faster, at rest in time; the dead man
  *   stateful_goal.c     drives that go by their own profile: goals, and rest
  *   stateful_home.c     homing: switches, distances, time-outs
@@ -27,14 +33,16 @@
 #ifndef TESTS_FIRMWARE_CONTROL_STATEFUL_H
 #define TESTS_FIRMWARE_CONTROL_STATEFUL_H
 
+#include "firmware/control/gear.h"
 #include "firmware/control/homing.h"
+#include "firmware/control/mailbox.h"
 #include "firmware/control/playback.h"
+#include "firmware/control/trigger.h"
 #include "motion/core/fixed.h"
+#include "tests/firmware/control/stateful_machine.h"
 #include "tests/support/check.h"
 
-#define STATEFUL_AXES     6
 #define STATEFUL_SEGMENTS 96
-#define STATEFUL_GIVEN    8
 #define STATEFUL_GOALS    16
 #define STATEFUL_TRACE    48
 #define STATEFUL_NOTE     160
@@ -49,16 +57,26 @@
     X(STATEFUL_STANDS, "a set point moves where nothing may")                  \
     X(STATEFUL_FIRST, "the first set point is not where the axis is")          \
     X(STATEFUL_PATH, "a set point is not on its track")                        \
+    X(STATEFUL_CURVE, "a coupled axis is not on its curve")                    \
     X(STATEFUL_DIRECTION, "the path goes the other way")                       \
     X(STATEFUL_GOAL, "a goal was sent where none may be")                      \
+    X(STATEFUL_OWNER, "a set point of a board's axis is not the board's")      \
+    X(STATEFUL_APART, "a board stands at another place of the path")           \
+    X(STATEFUL_UNTOLD, "a board was not told to stop")                         \
+    X(STATEFUL_RESUMED, "what is held goes on by itself")                      \
+    X(STATEFUL_REFUSED, "what could begin did not")                            \
     X(STATEFUL_FASTER, "faster after a stop was asked for")                    \
     X(STATEFUL_LATE, "not at rest in time after a stop")                       \
     X(STATEFUL_DEAD_MAN, "a jog goes on after its dead-man time")              \
     X(STATEFUL_ACCEPTED, "a motion was accepted before a stop was over")       \
+    X(STATEFUL_BESIDE, "a command that came with a stop was done")             \
+    X(STATEFUL_SHOT, "a pulse where none is due, or none where one is")        \
     X(STATEFUL_SWITCH, "it moves on towards an active switch")                 \
     X(STATEFUL_DISTANCE, "a leg of homing went too far")                       \
     X(STATEFUL_TIMEOUT, "homing goes on after its time-out")                   \
     X(STATEFUL_TORQUE, "torque in OFF or FAULT")                               \
+    X(STATEFUL_CUT, "torque was taken from an axis that moves")                \
+    X(STATEFUL_ESCALATES, "the drives brake where a stop would have done")     \
     X(STATEFUL_ENABLES, "a drive was enabled without a command")               \
     X(STATEFUL_LATCH, "a fault did not stay latched")                          \
     X(STATEFUL_SPURIOUS, "a fault without a cause")                            \
@@ -75,130 +93,6 @@ enum stateful_violation {
 };
 const char *stateful_violation_text(enum stateful_violation violation);
 
-/* --- a drive and what it moves --------------------------------------------- */
-
-enum stateful_switch {
-    STATEFUL_NEGATIVE,
-    STATEFUL_POSITIVE,
-    STATEFUL_HOME,
-    STATEFUL_SWITCHES
-};
-
-/* Active from low to high, places of the drive's own coordinates. */
-struct stateful_zone {
-    bool there, by_drive; /* an input of the drive, no line */
-    int64_t low_q32, high_q32;
-};
-
-enum stateful_order {
-    STATEFUL_NO_ORDER,
-    STATEFUL_ORDER_GO,
-    STATEFUL_ORDER_HALT
-};
-
-/* Goes to positions by itself. */
-struct stateful_profile {
-    /* what it is like */
-    bool there, halts;
-    int delay_ticks;  /* until a go or a halt takes effect */
-    int arrive_ticks; /* until it says that it is there */
-    int busy_ticks;   /* after a go, until it takes the next */
-    double share;     /* of the speed asked for */
-    int64_t short_q32;
-    bool is_bad; /* it will be late, or not there */
-    /* what it does */
-    bool on, halting, arrived, seen_arrived;
-    double part; /* of 2^-32 unit that it has gone beyond its position */
-    enum stateful_order pending;
-    struct hal_drive_go go, next;
-    int wait, busy, arrive;
-    bool taken; /* a go, in this tick */
-};
-
-struct stateful_axis {
-    struct hal_drive drive;
-    struct stateful_profile profile;
-    /* what it is like */
-    int64_t period_ns;
-    int enable_ticks, off_ticks, reset_ticks;
-    int64_t droop_q32;
-    double brake; /* unit/s2: quick stop, coasting */
-    struct stateful_zone zone[STATEFUL_SWITCHES];
-    bool has_stops; /* it comes no further, and then reports all its torque */
-    int64_t stop_q32[2];
-    /* what it does */
-    enum hal_drive_state state;
-    enum hal_drive_request request;
-    int wait;        /* ticks until the request is done */
-    bool ill, away;  /* a fault that stays; not on the bus */
-    int stale_ticks; /* feedback stands still */
-    double runaway;  /* unit/s2, whatever it is told; 0: it follows */
-    double lag_s;    /* something holds it back: comes after so long; 0: none */
-    int64_t slip_q32;
-    int64_t now_ns;
-    int64_t pos_q32, sag_q32; /* of the axis; what the load takes of it */
-    double vel;
-    int pressed; /* against a stop: -1, 1; 0: none */
-    struct {
-        int64_t pos_q32, t_ns;
-    } given[STATEFUL_GIVEN]; /* newest first; in force two periods later */
-    unsigned given_count;
-    int64_t hold_q32; /* in force before the first of them */
-    struct {
-        int64_t pos_q32, vel_q32, t_ns;
-        int64_t demand_q32; /* in force then; not reported */
-    } seen;                 /* what the last SYNC latched */
-    /* homing of its own */
-    bool homes, home_fails;
-    int home_ticks, mode_ticks;
-    double home_vel;
-    enum hal_drive_mode mode, next_mode;
-    enum hal_drive_homing homing;
-    int64_t home_q32; /* the place becomes this one */
-    /* what it was told in this tick, with torque on */
-    bool told, is_first;
-    int64_t told_q32;
-    bool may_enable, enabled_unasked; /* only while a command runs */
-};
-
-struct stateful_line {
-    struct hal_gpio gpio;
-    const struct stateful_axis *axis; /* NULL: a channel of the e-stop */
-    enum stateful_switch which;
-    bool active;
-};
-
-void stateful_axis_init(struct stateful_axis *axis);
-/* One period passes. */
-void stateful_axis_advance(struct stateful_axis *axis);
-/* SYNC: latch what feedback will say. */
-void stateful_axis_sync(struct stateful_axis *axis);
-bool stateful_axis_switch(const struct stateful_axis *axis,
-                          enum stateful_switch which);
-bool stateful_profile_is_on(const struct stateful_profile *profile);
-void stateful_profile_end(struct stateful_profile *profile);
-int stateful_profile_go(struct stateful_axis *axis,
-                        const struct hal_drive_go *go);
-int stateful_profile_halt(struct stateful_axis *axis);
-void stateful_profile_advance(struct stateful_axis *axis, double dt);
-/* With torque, and following set points. */
-bool stateful_axis_follows(const struct stateful_axis *axis);
-int64_t stateful_axis_demand_q32(const struct stateful_axis *axis);
-bool stateful_axis_has_torque(const struct stateful_axis *axis);
-extern const struct hal_gpio_ops stateful_line_ops;
-
-/* --- the e-stop -------------------------------------------------------------- */
-
-#define STATEFUL_CHANNELS 2
-
-/* A button with contacts that need not work. */
-struct stateful_estop {
-    unsigned channels;
-    int64_t discrepancy_ns;
-    struct stateful_line line[STATEFUL_CHANNELS];
-    int press_ticks[STATEFUL_CHANNELS], release_ticks[STATEFUL_CHANNELS];
-};
-
 /* --- a move that is read while it is played -------------------------------- */
 
 struct stateful_reader {
@@ -211,6 +105,38 @@ struct stateful_reader {
     struct motion_track window[STATEFUL_AXES];
     struct motion_track_outline outline[STATEFUL_AXES];
     const struct motion_track *whole[STATEFUL_AXES];
+};
+
+/* --- pulses ------------------------------------------------------------------ */
+
+#define STATEFUL_SHOTS 16
+
+struct stateful_shots {
+    struct trigger trigger;
+    struct hal_gpio line;
+    bool is_active; /* the line */
+    int64_t lead_ns;
+    int64_t t_ns_q12[STATEFUL_SHOTS];
+    uint32_t count, seen; /* so many are to come; have come */
+    int64_t since_ns;     /* the line is as it is */
+    bool is_armed;
+};
+
+/* --- gears and cams --------------------------------------------------------- */
+
+#define STATEFUL_CURVE_SEGMENTS 8
+
+/* Of a follower. */
+struct stateful_coupling {
+    bool is_on;
+    double stood; /* beside its curve, when its master began to move */
+    struct controller_cam cam;
+    struct motion_track track;
+    struct motion_segment segment[STATEFUL_CURVE_SEGMENTS];
+    /* the same, a unit of the master a millisecond: for a planner */
+    bool has_time;
+    struct motion_track by_ms;
+    struct motion_segment by_ms_segment[STATEFUL_CURVE_SEGMENTS];
 };
 
 /* --- the judge -------------------------------------------------------------- */
@@ -246,6 +172,7 @@ struct stateful_stop {
     double vel;       /* of the axis that jogs at most, unit/s */
     bool by_rate;     /* the first counts, else the second */
     bool by_drives;   /* their quick stop has taken over */
+    struct motion_clock_rate from; /* of the clock that reads the path */
 };
 
 /* An axis that goes by goals. */
@@ -277,6 +204,22 @@ struct stateful_pressed {
     bool is_unproved; /* until it was pressed and released as it should be */
 };
 
+/* Why drives brake by themselves after a fault, or a stop: X(name, words).  What is
+ * none of these is a violation. */
+#define STATEFUL_EXCUSE_LIST(X)                                                \
+    X(STATEFUL_BY_PROFILE, "a drive moved by its own profile or homing")       \
+    X(STATEFUL_NOT_READ, "the move was not read as far as a stop needs")       \
+    X(STATEFUL_NO_STOP_FITS, "no stop along the path fits its limits in time") \
+    X(STATEFUL_DEAF_BOARD, "a board did not stop")
+
+enum stateful_excuse {
+#define STATEFUL_EXCUSE_ENUM(name, text) name,
+    STATEFUL_EXCUSE_LIST(STATEFUL_EXCUSE_ENUM)
+#undef STATEFUL_EXCUSE_ENUM
+        STATEFUL_EXCUSES
+};
+const char *stateful_excuse_text(enum stateful_excuse excuse);
+
 /* Answers of an axis, newest first, that say that it runs away. */
 struct stateful_away {
     int64_t error_q32, vel_q32, demand_q32, t_ns;
@@ -305,11 +248,19 @@ struct stateful_judge {
     struct stateful_pressed pressed;
     struct stateful_away away[STATEFUL_AXES];
     enum controller_reaction reaction;
+    bool by_profile;      /* a drive moved by itself, a tick ago */
     bool reset_requested; /* and accepted, since that */
     enum controller_state before;
     bool homed_before; /* homing was running */
     int quiet_ticks;   /* in OFF or FAULT without torque asked for */
-    uint32_t causes;   /* a bit per enum controller_fault that may come */
+    /* of boards */
+    bool late, lost;    /* answers, ticks, since it began */
+    bool deaf;          /* one does not stop */
+    bool is_resumed;    /* since it was held */
+    int64_t hold_by_ns; /* one that was asked for has begun then, on clock_ns */
+    enum controller_state before_play;
+    int play_err;
+    uint32_t causes; /* a bit per enum controller_fault that may come */
 };
 
 /* What was seen, over all episodes: a run that has not been somewhere proves
@@ -318,11 +269,26 @@ struct stateful_tally {
     uint64_t state[CONTROLLER_FAULT + 1], homing[HOMING_STATES];
     uint64_t reversed, repeated, cued; /* ticks; times */
     uint64_t away;                     /* torque taken for it */
+    uint64_t coupled, led,
+        along;         /* ticks of a follower; moves: by a track, without */
+    uint64_t on_board; /* ticks of a board that moves */
+    uint64_t beside, shots; /* commands with a stop; pulses */
     uint64_t fault[32], by_drives, stop[STATEFUL_STOPS], range, goals;
+    uint64_t excuse[STATEFUL_EXCUSES]; /* of drives that brake by themselves */
+};
+
+/* What an episode has beside drives that follow set points. */
+struct stateful_kind {
+    bool has_units;   /* axes that count in steps of an encoder, or in metres */
+    bool has_boards;  /* some sample their tracks by themselves */
+    bool has_cams;    /* gears and cams */
+    bool has_shots;   /* pulses at times of the path */
+    bool has_clients; /* several senders, one of which floods */
 };
 
 struct stateful {
     uint64_t first_seed, seed;
+    struct stateful_kind kind;
     unsigned axes;
     int64_t period_ns, now_ns;
     int64_t clock_ns; /* a period per tick that is executed */
@@ -335,6 +301,7 @@ struct stateful {
     struct controller_jog jog;
     struct homing homing;
     struct stateful_axis axis[STATEFUL_AXES];
+    struct stateful_board board[STATEFUL_BOARDS];
     struct stateful_estop estop;
     struct stateful_line line[STATEFUL_AXES][STATEFUL_SWITCHES];
     struct hal_fieldbus_worst bus;
@@ -352,6 +319,10 @@ struct stateful {
     struct motion_segment loaded[STATEFUL_AXES][STATEFUL_SEGMENTS];
     struct motion_track loaded_track[STATEFUL_AXES];
     struct controller_goal loaded_goal[STATEFUL_AXES][STATEFUL_GOALS];
+    struct stateful_coupling coupling[STATEFUL_AXES];
+    struct mailbox mailbox;
+    int flood; /* ticks in which jogs still come without a pause */
+    struct stateful_shots shots;
     struct stateful_judge judge;
     struct stateful_tally tally;
     char note[STATEFUL_NOTE]; /* of this tick */
@@ -373,8 +344,11 @@ struct stateful {
 void stateful_begin(struct stateful *bench);
 void stateful_tick(struct stateful *bench);
 void stateful_ticks(struct stateful *bench, int ticks);
-/* `ticks` of random commands; then off, from whatever state. */
+/* `ticks` of random commands; then off, from whatever state.  Plain: drives that follow
+ * set points alone, as in every fourth one. */
 void stateful_episode(struct stateful *bench, uint64_t seed, uint64_t ticks);
+void stateful_plain_episode(struct stateful *bench, uint64_t seed,
+                            uint64_t ticks);
 void stateful_print(const struct stateful *bench);
 void stateful_note(struct stateful *bench, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
@@ -416,6 +390,9 @@ int stateful_homing(struct stateful *bench, uint32_t axes);
 int stateful_reset(struct stateful *bench);
 int stateful_set_position(struct stateful *bench, unsigned axis,
                           int64_t to_q32);
+/* By what coupling[axis] says. */
+int stateful_couple(struct stateful *bench, unsigned axis);
+int stateful_uncouple(struct stateful *bench, unsigned axis);
 
 /* stateful_play.c.  Step: after a tick; the judge is told what has begun. */
 void stateful_load(struct stateful *bench, uint32_t axes);
@@ -424,6 +401,39 @@ int stateful_go(struct stateful *bench, int64_t at_ns_q12,
 int stateful_repeat(struct stateful *bench, int64_t times, bool is_ping_pong);
 void stateful_play_step(struct stateful *bench);
 void stateful_draw_play(struct stateful *bench);
+
+/* stateful_couple.c.  Draw: one is engaged, or let go.  Come back: the track of a master
+ * does, now and then.  Axes: those that are to move.  Tracks: of coupled ones of these.
+ * Engaged: it is, now.  Judge: after every tick. */
+void stateful_draw_couple(struct stateful *bench);
+void stateful_come_back(struct stateful *bench, unsigned i);
+uint32_t stateful_coupled_axes(struct stateful *bench, uint32_t axes);
+uint32_t stateful_coupled_tracks(struct stateful *bench, uint32_t axes);
+bool stateful_any_coupled(const struct stateful *bench);
+void stateful_engaged(struct stateful *bench, unsigned i);
+void stateful_judge_coupled(struct stateful *bench);
+
+/* stateful_client.c.  Draw: what comes in this tick beside all else. */
+void stateful_draw_clients(struct stateful *bench);
+/* One that came with a stop: none of it is done. */
+void stateful_stop_among(struct stateful *bench, unsigned before,
+                         unsigned after);
+
+/* stateful_shot.c.  Arm: a move begins.  Step: in every tick, and the judge. */
+void stateful_shots_begin(struct stateful *bench);
+void stateful_shots_arm(struct stateful *bench);
+void stateful_shots_step(struct stateful *bench);
+
+/* stateful_onboard.c.  Rest: as long as one of them takes to stand, and to say so.
+ * Ticks: that the board of an axis takes to do what it is told; 0: it has none. */
+void stateful_draw_boards(struct stateful *bench);
+void stateful_begin_boards(struct stateful *bench);
+bool stateful_any_boards(const struct stateful *bench);
+void stateful_break_board(struct stateful *bench, struct stateful_board *board);
+void stateful_heal_boards(struct stateful *bench);
+double stateful_board_rest_s(const struct stateful *bench);
+int stateful_board_ticks(const struct stateful *bench, unsigned i);
+void stateful_judge_boards(struct stateful *bench);
 
 /* stateful_read.c.  Draw: what is started next is read while it is played.
  * Begin: the windows, in the place of tracks that are there.  Begun: these are
@@ -444,6 +454,7 @@ void stateful_judge_after(struct stateful *bench);
 void stateful_judge_stop(struct stateful *bench);
 void stateful_judge_homing(struct stateful *bench);
 void stateful_judge_faults(struct stateful *bench);
+void stateful_judge_torque(struct stateful *bench);
 /* stateful_goal.c.  Rest: how long it takes at most after a stop; rise: by how
  * much it may get faster until a halt has come through. */
 void stateful_judge_goals(struct stateful *bench);
@@ -468,5 +479,7 @@ double stateful_brake_q32(const struct motion_clock_limit *limit, double vel,
 double stateful_vel(const struct stateful *bench, unsigned i);
 double stateful_acc(const struct stateful *bench, unsigned i);
 double stateful_unit(int64_t value_q32);
+/* By how much a set point may be off for it, in units. */
+double stateful_rounding(const struct stateful *bench, unsigned i);
 
 #endif

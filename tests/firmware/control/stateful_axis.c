@@ -13,9 +13,9 @@
 #include "tests/firmware/control/stateful.h"
 
 #define SECOND_NS 1e9
-#define STANDS    0.01 /* unit/s: the window of a drive */
+#define STANDS    0.01 /* unit/s, of scale 1: the window of a drive */
 /* How far from the axis its first set point may be. */
-#define FIRST_Q32 (MOTION_FIXED_ONE_Q32 / 4)
+#define FIRST 0.25
 
 static struct stateful_axis *axis_of(struct hal_drive *drive)
 {
@@ -28,8 +28,19 @@ bool stateful_axis_has_torque(const struct stateful_axis *axis)
            axis->state == HAL_DRIVE_QUICK_STOP;
 }
 
-static void axis_request(struct hal_drive *drive,
-                         enum hal_drive_request request)
+/* For the judge: it may not move then. */
+static void axis_cut(struct stateful_axis *axis, enum hal_drive_request request)
+{
+    if (request != HAL_DRIVE_REQUEST_OFF || !stateful_axis_has_torque(axis))
+        return;
+    axis->is_cut = true;
+    axis->cut_state = axis->state;
+    axis->cut_mode = axis->mode;
+    axis->cut_vel = axis->vel;
+}
+
+void stateful_axis_request(struct hal_drive *drive,
+                           enum hal_drive_request request)
 {
     struct stateful_axis *axis = axis_of(drive);
     if (request == HAL_DRIVE_REQUEST_ENABLE && !axis->may_enable)
@@ -38,6 +49,7 @@ static void axis_request(struct hal_drive *drive,
         (request == HAL_DRIVE_REQUEST_RESET && axis->state != HAL_DRIVE_FAULT &&
          axis->state != HAL_DRIVE_OFFLINE))
         return;
+    axis_cut(axis, request);
     axis->request = request;
     if (request != HAL_DRIVE_REQUEST_ENABLE)
         axis->home_ticks = 0;
@@ -54,7 +66,8 @@ static void axis_request(struct hal_drive *drive,
 bool stateful_axis_follows(const struct stateful_axis *axis)
 {
     return axis->state == HAL_DRIVE_ENABLED &&
-           axis->mode == HAL_DRIVE_STREAM_POSITION;
+           axis->mode == HAL_DRIVE_STREAM_POSITION &&
+           (axis->board == NULL || axis->is_known);
 }
 
 static int axis_set_target(struct hal_drive *drive,
@@ -63,8 +76,8 @@ static int axis_set_target(struct hal_drive *drive,
     struct stateful_axis *axis = axis_of(drive);
     if (!stateful_axis_follows(axis))
         return MOTION_OK;
-    if (axis->is_first &&
-        llabs(target->pos_q32 - axis->seen.pos_q32) > FIRST_Q32) {
+    if (axis->is_first && llabs(target->pos_q32 - axis->seen.pos_q32) >
+                              stateful_q32(FIRST * axis->scale)) {
         axis->state = HAL_DRIVE_FAULT;
         return MOTION_E_AWAY;
     }
@@ -119,7 +132,7 @@ static int axis_set_mode(struct hal_drive *drive, enum hal_drive_mode mode)
     if ((axis_modes(drive) >> mode & 1) == 0)
         return MOTION_E_EMPTY;
     if ((axis->state != HAL_DRIVE_ENABLED && axis->state != HAL_DRIVE_OFF) ||
-        fabs(axis->vel) > STANDS || axis->home_ticks > 0 ||
+        fabs(axis->vel) > STANDS * axis->scale || axis->home_ticks > 0 ||
         stateful_profile_is_on(&axis->profile))
         return MOTION_E_STATE;
     if (axis->next_mode == mode)
@@ -159,7 +172,7 @@ static int axis_halt(struct hal_drive *drive)
 }
 
 static const struct hal_drive_ops axis_ops = {
-    .request = axis_request,
+    .request = stateful_axis_request,
     .set_target = axis_set_target,
     .feedback = axis_feedback,
     .modes = axis_modes,
@@ -171,6 +184,7 @@ static const struct hal_drive_ops axis_ops = {
 
 void stateful_axis_init(struct stateful_axis *axis)
 {
+    axis->scale = axis->scale == 0 ? 1 : axis->scale;
     axis->drive.ops = &axis_ops;
     axis->state = HAL_DRIVE_OFF;
     axis->seen.pos_q32 = axis->pos_q32;
@@ -285,8 +299,10 @@ static void axis_change_mode(struct stateful_axis *axis)
         axis_takes_over(axis);
 }
 
-static void axis_walk(struct stateful_axis *axis)
+void stateful_axis_walk(struct stateful_axis *axis)
 {
+    if (axis->board != NULL && axis->board->does != STATEFUL_BOARD_STANDS)
+        return;
     if (axis->wait > 0 && axis->wait-- > 0)
         return;
     switch (axis->request) {
@@ -365,7 +381,7 @@ void stateful_axis_advance(struct stateful_axis *axis)
 {
     const double dt = (double)axis->period_ns / SECOND_NS;
     axis->now_ns += axis->period_ns;
-    axis_walk(axis);
+    stateful_axis_walk(axis);
     axis_change_mode(axis);
     if (axis->state != HAL_DRIVE_ENABLED)
         axis->home_ticks = 0;
@@ -391,6 +407,10 @@ static void axis_take(struct stateful_axis *axis)
 
 void stateful_axis_sync(struct stateful_axis *axis)
 {
+    if (axis->board != NULL) {
+        axis->is_first = axis->is_first && !axis->told;
+        return; /* it is asked for where it is */
+    }
     if (axis->told && stateful_axis_follows(axis))
         axis_take(axis);
     if (axis->stale_ticks > 0 && axis->stale_ticks-- > 0)

@@ -1,7 +1,11 @@
-/* tests/firmware/control/stateful_command.c - what the operator may do, noted
- * and told to the judge. */
+/* tests/firmware/control/stateful_command.c - what the operator may do, put into the
+ * mailbox where that has it, noted and told to the judge. */
 #include "motion/core/err.h"
+#include "motion/core/fixed.h"
 #include "tests/firmware/control/stateful.h"
+
+/* Until a hold begins that boards are told of. */
+#define HOLD_NS INT64_C(11000000000)
 
 /* Drives may be enabled from this command on until READY, off or a stop. */
 static void may_enable(struct stateful *bench, bool may)
@@ -10,11 +14,29 @@ static void may_enable(struct stateful *bench, bool may)
         bench->axis[i].may_enable = may;
 }
 
+/* One command, and its answer. */
+static int tell(struct stateful *bench, const struct mailbox_entry *entry)
+{
+    struct mailbox_entry answer;
+    assert_int_equal(mailbox_send(&bench->mailbox, entry), MOTION_OK);
+    (void)mailbox_step(&bench->mailbox, &bench->playback);
+    assert_true(mailbox_answer(&bench->mailbox, &answer));
+    assert_int_equal(answer.command, entry->command);
+    return answer.err;
+}
+
+static int tell_value(struct stateful *bench, enum mailbox_command command,
+                      int64_t value)
+{
+    return tell(bench,
+                &(struct mailbox_entry){ .command = command, .value = value });
+}
+
 int stateful_enable(struct stateful *bench)
 {
     const bool was = bench->axis[0].may_enable;
     may_enable(bench, true);
-    const int err = controller_enable(&bench->controller);
+    const int err = tell_value(bench, MAILBOX_ENABLE, 0);
     may_enable(bench, err == MOTION_OK || was);
     stateful_note(bench, "enable%s", err < 0 ? "!" : "");
     if (err == MOTION_OK)
@@ -24,7 +46,7 @@ int stateful_enable(struct stateful *bench)
 
 int stateful_off(struct stateful *bench)
 {
-    const int err = controller_off(&bench->controller);
+    const int err = tell_value(bench, MAILBOX_OFF, 0);
     if (err == MOTION_OK)
         may_enable(bench, false);
     stateful_note(bench, "off%s", err < 0 ? "!" : "");
@@ -61,13 +83,27 @@ int stateful_start(struct stateful *bench, uint32_t axes)
     stateful_read_begun(bench);
     bench->spare = 1 - bench->spare;
     stateful_motion_begins(bench, STATEFUL_MOVE, was);
+    stateful_shots_arm(bench);
     return err;
 }
 
 int stateful_hold(struct stateful *bench)
 {
-    const int err = controller_hold(&bench->controller);
+    const unsigned stops = bench->controller.stops;
+    const int err = tell_value(bench, MAILBOX_HOLD, 0);
     stateful_note(bench, "hold%s", err < 0 ? "!" : "");
+    if (err == MOTION_OK && bench->controller.stops != stops) {
+        stateful_stop_requested(bench, STATEFUL_STOP);
+        return err;
+    }
+    if (err == MOTION_OK && bench->controller.state == CONTROLLER_MOVING &&
+        bench->judge.motion == STATEFUL_MOVE) {
+        bench->judge.hold_by_ns = bench->clock_ns + HOLD_NS;
+        bench->judge.is_resumed = false;
+        return err; /* once boards have been told */
+    }
+    if (err == MOTION_OK)
+        bench->judge.is_resumed = false;
     if (err == MOTION_OK)
         stateful_stop_requested(bench, STATEFUL_HOLD);
     return err;
@@ -76,9 +112,13 @@ int stateful_hold(struct stateful *bench)
 int stateful_resume(struct stateful *bench)
 {
     const enum controller_state was = bench->controller.state;
-    const int err = controller_resume(&bench->controller);
+    const int err = tell_value(bench, MAILBOX_RESUME, 0);
     stateful_note(bench, "resume%s", err < 0 ? "!" : "");
-    if (err == MOTION_OK)
+    if (err < 0)
+        return err;
+    bench->judge.is_resumed = true;
+    bench->judge.hold_by_ns = 0;
+    if (bench->controller.state != CONTROLLER_HOLDING)
         stateful_motion_begins(bench, STATEFUL_REST, was);
     return err;
 }
@@ -87,7 +127,7 @@ int stateful_reverse(struct stateful *bench, bool is_reversed)
 {
     const int err = bench->playback.state == PLAYBACK_IDLE
                         ? controller_reverse(&bench->controller, is_reversed)
-                        : playback_reverse(&bench->playback, is_reversed);
+                        : tell_value(bench, MAILBOX_REVERSE, is_reversed);
     stateful_note(bench, "%s%s", is_reversed ? "reverse" : "forward",
                   err < 0 ? "!" : "");
     if (err == MOTION_OK)
@@ -98,7 +138,8 @@ int stateful_reverse(struct stateful *bench, bool is_reversed)
 void stateful_stop(struct stateful *bench)
 {
     may_enable(bench, false);
-    controller_stop(&bench->controller);
+    mailbox_stop(&bench->mailbox);
+    (void)mailbox_step(&bench->mailbox, &bench->playback);
     stateful_note(bench, "stop");
     stateful_stop_requested(bench, homing_is_running(&bench->homing)
                                        ? STATEFUL_HOME_STOP
@@ -107,7 +148,7 @@ void stateful_stop(struct stateful *bench)
 
 int stateful_override(struct stateful *bench, int64_t rate_q30)
 {
-    const int err = controller_override(&bench->controller, rate_q30);
+    const int err = tell_value(bench, MAILBOX_OVERRIDE, rate_q30);
     stateful_note(bench, "override%s %.0f%%", err < 0 ? "!" : "",
                   (double)rate_q30 / 0x1p30 * 100);
     return err;
@@ -125,7 +166,14 @@ int stateful_jog(struct stateful *bench, unsigned axis, int64_t pos_q32,
     const double vel = stateful_unit(vel_q32) * (double)bench->period_ns / 1e9;
     struct stateful_judge *judge = &bench->judge;
     const enum controller_state was = bench->controller.state;
-    const int err = controller_jog(&bench->controller, &bench->jog, &goal);
+    const int err =
+        for_ns > 0
+            ? tell(bench, &(struct mailbox_entry){ .command = MAILBOX_JOG,
+                                                   .axis = axis,
+                                                   .value = pos_q32,
+                                                   .vel_q32 = vel_q32,
+                                                   .for_ns = for_ns })
+            : controller_jog(&bench->controller, &bench->jog, &goal);
     stateful_note(bench, "jog%s %u to %.3f at %.3f for %.0f ms",
                   err < 0 ? "!" : "", axis, stateful_unit(pos_q32),
                   stateful_unit(vel_q32), (double)for_ns / 1e6);
@@ -146,7 +194,7 @@ void stateful_jog_stop(struct stateful *bench, bool hard)
     else if (bench->judge.motion == STATEFUL_JOG)
         kind = hard ? STATEFUL_HARD_STOP : STATEFUL_JOG_STOP;
     may_enable(bench, false);
-    controller_jog_stop(&bench->controller, &bench->jog, hard);
+    (void)tell_value(bench, MAILBOX_JOG_STOP, hard);
     stateful_note(bench, hard ? "jog stop hard" : "jog stop");
     stateful_stop_requested(bench, kind);
 }
@@ -163,13 +211,37 @@ int stateful_homing(struct stateful *bench, uint32_t axes)
 
 int stateful_reset(struct stateful *bench)
 {
-    const int err = controller_reset(&bench->controller);
+    const int err = tell_value(bench, MAILBOX_RESET, 0);
     stateful_note(bench, "reset%s", err < 0 ? "!" : "");
     if (err < 0)
         return err;
     bench->judge.reset_requested = true;
     if (bench->judge.pressed.is_active || bench->judge.pressed.is_unproved)
         stateful_violate(bench, STATEFUL_RESET, -1, "the e-stop's");
+    return err;
+}
+
+int stateful_couple(struct stateful *bench, unsigned axis)
+{
+    const int err = tell(
+        bench, &(struct mailbox_entry){ .command = MAILBOX_COUPLE,
+                                        .axis = axis,
+                                        .cam = &bench->coupling[axis].cam });
+    stateful_note(bench, "couple%s %u to %u", err < 0 ? "!" : "", axis,
+                  bench->coupling[axis].cam.master);
+    if (err == MOTION_OK)
+        stateful_engaged(bench, axis);
+    return err;
+}
+
+int stateful_uncouple(struct stateful *bench, unsigned axis)
+{
+    const int err =
+        tell(bench, &(struct mailbox_entry){ .command = MAILBOX_UNCOUPLE,
+                                             .axis = axis });
+    stateful_note(bench, "uncouple%s %u", err < 0 ? "!" : "", axis);
+    if (err == MOTION_OK)
+        bench->coupling[axis].is_on = false;
     return err;
 }
 

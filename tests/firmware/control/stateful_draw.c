@@ -15,10 +15,13 @@ static uint32_t draw_axes(struct stateful *bench)
 
 static void draw_start(struct stateful *bench)
 {
-    uint32_t axes = draw_axes(bench);
+    uint32_t axes = stateful_coupled_axes(bench, draw_axes(bench));
     for (unsigned i = 0; i < bench->axes; i++)
-        if ((axes >> i & 1) != 0 && !stateful_draw_track(bench, i))
+        if ((axes >> i & 1) != 0 &&
+            (bench->axis[i].board != NULL || !stateful_draw_track(bench, i)))
             axes &= ~((uint32_t)1 << i);
+    if (stateful_any_coupled(bench))
+        axes = stateful_coupled_tracks(bench, axes);
     stateful_draw_reader(bench);
     (void)stateful_start(bench, axes);
 }
@@ -81,11 +84,14 @@ static void draw_place(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
     const struct controller_axis_config *config = &bench->axis_config[i];
-    if (!homing_is_running(&bench->homing))
+    if (!homing_is_running(&bench->homing) && !stateful_any_coupled(bench) &&
+        bench->axis[i].board == NULL)
         (void)stateful_set_position(
             bench, i,
             stateful_in(bench, config->pos_min_q32, config->pos_max_q32) +
-                (stateful_one_in(bench, 4) ? MOTION_FIXED_ONE_Q32 / 100 : 0));
+                (stateful_one_in(bench, 4)
+                     ? stateful_q32(bench->axis[i].scale / 100)
+                     : 0));
 }
 
 static void draw_reset(struct stateful *bench)
@@ -99,9 +105,20 @@ static void draw_reset(struct stateful *bench)
 
 static void draw_motion(struct stateful *bench)
 {
-    const int64_t which = stateful_in(bench, 0, 99);
+    /* a board goes by what is loaded alone */
+    const bool plays = bench->kind.has_boards && stateful_one_in(bench, 2);
+    const int64_t which = plays ? 20 : stateful_in(bench, 0, 99);
     if (homing_is_running(&bench->homing))
         return;
+    /* as fast as the move allows, to the last bit of a rate */
+    if (bench->kind.has_units && stateful_one_in(bench, 3))
+        (void)stateful_override(bench, MOTION_CLOCK_WARP_ONE_Q30 / 100 *
+                                           stateful_in(bench, 100, 200));
+    if (bench->kind.has_cams && stateful_one_in(bench, 2)) {
+        stateful_draw_couple(bench);
+        if (!stateful_any_coupled(bench) || stateful_one_in(bench, 2))
+            return;
+    }
     if (which < 20)
         draw_start(bench);
     else if (which < 50)
@@ -175,6 +192,8 @@ static void draw_in_motion(struct stateful *bench)
         draw_stop(bench);
     else if (which < 70)
         draw_override(bench);
+    else if (bench->kind.has_cams && stateful_one_in(bench, 2))
+        stateful_draw_couple(bench);
     else if (bench->judge.motion == STATEFUL_JOG &&
              !homing_is_running(&bench->homing))
         draw_jog(bench);
@@ -272,6 +291,8 @@ void stateful_draw_commands(struct stateful *bench)
 {
     const enum homing_state homing = bench->judge.homing.state;
     stateful_draw_mishaps(bench);
+    if (bench->kind.has_clients)
+        stateful_draw_clients(bench);
     draw_burst(bench);
     const bool leg = has_begun(bench, homing);
     draw_command(bench);

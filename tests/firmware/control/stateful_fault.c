@@ -19,6 +19,7 @@ static bool all_are_up(const struct stateful *bench)
 {
     for (unsigned i = 0; i < bench->axes; i++)
         if (bench->axis[i].state != HAL_DRIVE_ENABLED ||
+            (bench->axis[i].board != NULL && !bench->axis[i].is_known) ||
             (bench->axis_config[i].by_goals &&
              bench->axis[i].mode != HAL_DRIVE_PROFILE_POSITION))
             return false;
@@ -278,33 +279,6 @@ static void judge_away(struct stateful *bench, unsigned i)
             stateful_unit(away->error_q32), stateful_unit(away->vel_q32));
 }
 
-static bool any_runs_away(const struct stateful *bench)
-{
-    for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->axis[i].runaway != 0 || bench->judge.away[i].against ||
-            bench->judge.away[i].beyond || bench->judge.away[i].faster)
-            return true;
-    return false;
-}
-
-/* Torque is taken in motion for what is worth it alone. */
-static void judge_reaction(struct stateful *bench)
-{
-    const uint32_t off = (uint32_t)1 << CONTROLLER_FAULT_BUS;
-    struct stateful_judge *judge = &bench->judge;
-    const enum controller_reaction reaction = bench->controller.reaction;
-    const enum controller_fault fault = bench->controller.fault.fault;
-    if (reaction == CONTROLLER_REACT_OFF &&
-        judge->reaction != CONTROLLER_REACT_OFF &&
-        fault != CONTROLLER_FAULT_ENABLE && (judge->causes & off) == 0) {
-        bench->tally.away++;
-        if (!any_runs_away(bench))
-            stateful_violate(bench, STATEFUL_SPURIOUS, -1, "no torque after %s",
-                             controller_fault_text(fault));
-    }
-    judge->reaction = reaction;
-}
-
 /* What is read while it is played stops while there is enough to stop on; a tick
  * of the path has passed since that was looked at. */
 static void judge_reading(struct stateful *bench)
@@ -328,7 +302,6 @@ void stateful_judge_faults(struct stateful *bench)
     follow_button(bench);
     judge_latch(bench);
     judge_button(bench);
-    judge_reaction(bench);
     judge_reading(bench);
     for (unsigned i = 0; i < bench->axes; i++)
         judge_away(bench, i);

@@ -38,22 +38,26 @@ double stateful_brake_q32(const struct motion_clock_limit *limit, double vel,
 
 /* --- a switch ------------------------------------------------------------- */
 
-/* Differences are means over the ticks before: by now it may be as much faster
- * as a tick makes it. */
+/* Differences are means over the ticks before, and a look and its answer take a tick
+ * each: in these three it may get as much faster as its limits let it, up to the speed
+ * of the leg. */
 static double brake_now_q32(const struct stateful *bench, unsigned i,
                             int direction)
 {
-    const struct motion_clock_limit *limit = &bench->axis_config[i].stop;
+    const struct motion_clock_limit *limit = &bench->axis_config[i].limit;
     const double t = (double)bench->period_ns / 1e9;
     if (bench->axis_config[i].by_goals)
         return stateful_goal_brake_q32(bench, i, direction);
     const double jerk = (double)limit->jerk_q32 / 0x1p32;
     const double most = (double)limit->acc_q32 / 0x1p32;
-    const double mean = direction * stateful_acc(bench, i) + jerk * t;
-    const double acc = jerk > 0 ? fmin(fmax(mean, 0), most) : most;
-    const double vel = direction * stateful_vel(bench, i) + acc * t;
-    return stateful_brake_q32(limit, vel, acc) * 1.001 +
-           (2 * t * vel + 1e-6) * (double)MOTION_FIXED_ONE_Q32;
+    const double now = direction * stateful_vel(bench, i);
+    const double mean = fmax(direction * stateful_acc(bench, i), 0);
+    const double acc = jerk > 0 ? fmin(mean + 3 * jerk * t, most) : most;
+    const double vel = fmin(now + 3 * acc * t,
+                            fmax(now, stateful_unit(bench->home[i].fast_q32)));
+    return stateful_brake_q32(&bench->axis_config[i].stop, vel, acc) * 1.001 +
+           (2 * t * vel + 1e-6 * bench->axis[i].scale) *
+               (double)MOTION_FIXED_ONE_Q32;
 }
 
 static void judge_mark(struct stateful *bench, unsigned i,
@@ -95,13 +99,16 @@ static void judge_homing_switches(struct stateful *bench)
 static void judge_other_switches(struct stateful *bench, unsigned i)
 {
     const double seen = stateful_vel(bench, i);
-    const double least = 0x1p-28 * 1e9 / (double)bench->period_ns;
+    const double least =
+        8 * stateful_rounding(bench, i) * 1e9 / (double)bench->period_ns;
     const double vel = fabs(seen) > least ? seen : 0; /* rounding */
     bool *towards = &bench->judge.towards[i];
     const bool active =
         (vel < 0 && stateful_axis_switch(&bench->axis[i], STATEFUL_NEGATIVE)) ||
         (vel > 0 && stateful_axis_switch(&bench->axis[i], STATEFUL_POSITIVE));
-    const bool is_seen = bench->axis[i].stale_ticks == 0;
+    const bool is_seen = bench->axis[i].stale_ticks == 0 &&
+                         (bench->axis[i].board == NULL ||
+                          stateful_axis_follows(&bench->axis[i]));
     const bool now =
         active && is_seen && stateful_in_motion(bench->controller.state);
     if (now && *towards &&
@@ -158,7 +165,8 @@ static void judge_turn(struct stateful *bench)
 {
     const struct stateful_homing *homing = &bench->judge.homing;
     const int64_t took_ns = bench->now_ns - homing->turn_ns;
-    if (took_ns > turn_bound_ns(bench, homing->axis))
+    if (took_ns > turn_bound_ns(bench, homing->axis) &&
+        bench->controller.fault.fault == CONTROLLER_FAULT_NONE)
         stateful_violate(bench, STATEFUL_TIMEOUT, (int)homing->axis,
                          "%.3f s, allowed %.3f s, %s", (double)took_ns / 1e9,
                          (double)bench->home[homing->axis].timeout_ns / 1e9,

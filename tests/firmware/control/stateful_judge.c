@@ -8,22 +8,26 @@
  *     |p0 - 3 p1 + 3 p2 - p3| <= j T^3
  *
  * for every motion inside the limits: a difference is a mean of the derivative.
- * Each set point is rounded by up to 2 units of 2^-32, so the differences by
- * 4, 8 and 16 of them; the second has 16, which the last gate lets through and
- * ramps may so use.  Jerk counts where no fault took the path's place; there
- * a motion that goes on from another may start from an acceleration that was
- * rounded (3 units of 2^-16 or 2^-20 of the largest, track.h). */
+ * Whatever happens, every tick is judged by the limits that are in force in it: those
+ * of stopping in a stop and after a fault.
+ *
+ * Each set point is rounded by up to 2 units of 2^-32, and by what 2 units of 2^-12 ns
+ * of the path's time are at its speed; a follower's by its own 2, and by what those of
+ * its master are on its curve.  So the differences are by 2, 4 and 8 of these; the
+ * second and third have 16 units of 2^-32 at least, which the last gate lets through and
+ * ramps may so use.  A rate has 30 bits, which is 2^-28 of an acceleration.  A motion
+ * that goes on from another may start from an acceleration that was rounded (3 units of
+ * 2^-16 or 2^-20 of the largest, track.h). */
 #include <math.h>
 #include <string.h>
 
 #include "motion/core/err.h"
 #include "tests/firmware/control/stateful.h"
 
-#define UNITS(n)    ((double)(n)*0x1p-32)
-#define JERK_SHARE  1.01 /* p''' is looked at in the ticks, not between */
-#define FIRST_Q32   ((int64_t)1 << 12)
-#define OUT_Q32     2 /* MOTION_TRACK_POS_ROUNDING */
-#define QUIET_TICKS 12
+#define UNITS(n)   ((double)(n)*0x1p-32)
+#define JERK_SHARE 1.01 /* p''' is looked at in the ticks, not between */
+#define FIRST_Q32  ((int64_t)1 << 12)
+#define OUT_Q32    2 /* MOTION_TRACK_POS_ROUNDING */
 
 bool stateful_in_motion(enum controller_state state)
 {
@@ -48,6 +52,17 @@ double stateful_vel(const struct stateful *bench, unsigned i)
                ? 0
                : stateful_unit(past->pos_q32[0] - past->pos_q32[1]) /
                      period_s(bench);
+}
+
+double stateful_rounding(const struct stateful *bench, unsigned i)
+{
+    const double vel = stateful_unit(bench->axis_config[i].limit.vel_q32);
+    const struct stateful_coupling *coupling = &bench->coupling[i];
+    const double own = UNITS(2) + vel * 2 * 0x1p-12 * 1e-9;
+    return coupling->is_on
+               ? own + stateful_unit(coupling->cam.slope_q32) *
+                           stateful_rounding(bench, coupling->cam.master)
+               : own;
 }
 
 static double second(const struct stateful_past *past)
@@ -87,7 +102,7 @@ static void judge_speed(struct stateful *bench, unsigned i)
     const double most =
         stateful_unit(bench->axis_config[i].limit.vel_q32) * period_s(bench);
     const double step = stateful_vel(bench, i) * period_s(bench);
-    if (fabs(step) > most * (1 + 1e-9) + UNITS(4))
+    if (fabs(step) > most * (1 + 1e-9) + 2 * stateful_rounding(bench, i))
         stateful_violate(bench, STATEFUL_SPEED, (int)i, "%.6f over %.6f a tick",
                          step, most);
 }
@@ -114,13 +129,14 @@ static void judge_acceleration(struct stateful *bench, unsigned i, bool hard)
     const double most = (double)config->limit.acc_q32 / 0x1p32 * t2;
     const double most_hard =
         larger_q32(config->limit.acc_q32, config->stop.acc_q32) * t2;
+    const double rounding = fmax(UNITS(16), 4 * stateful_rounding(bench, i));
     struct stateful_past *past = &bench->judge.past[i];
     const double step = fabs(second(past));
-    const bool over = step > most * (1 + 1e-9) + UNITS(16);
+    const bool over = step > most * (1 + 0x1p-28) + rounding;
     if (hard)
         past->hard_ns = bench->controller.warp.t0_ns;
     past->is_hard = hard || (past->is_hard && (over || outlasts(bench, past)));
-    if (past->is_hard ? step > most_hard * (1 + 1e-9) + UNITS(16) : over)
+    if (past->is_hard ? step > most_hard * (1 + 0x1p-28) + rounding : over)
         stateful_violate(bench, STATEFUL_ACCELERATION, (int)i,
                          "%.3f over %.3f unit/s2%s", step / t2,
                          (past->is_hard ? most_hard : most) / t2,
@@ -136,15 +152,15 @@ static void judge_jerk(struct stateful *bench, unsigned i)
                        : past->hard_ticks > 0 ? past->hard_ticks - 1
                                               : 0;
     const bool hard = past->hard_ticks > 0;
-    if (config->limit.jerk_q32 == 0 || (hard && config->stop.jerk_q32 == 0) ||
-        bench->controller.reaction != CONTROLLER_REACT_NONE)
+    if (config->limit.jerk_q32 == 0 || (hard && config->stop.jerk_q32 == 0))
         return;
     const double most =
         hard ? larger_q32(config->limit.jerk_q32, config->stop.jerk_q32)
              : (double)config->limit.jerk_q32 / 0x1p32;
     const double acc =
         larger_q32(config->limit.acc_q32, hard ? config->stop.acc_q32 : 0);
-    const double rounding = (3 * 0x1p-32 + acc * 0x1p-20) * t2 + UNITS(16);
+    const double rounding = (3 * 0x1p-32 + acc * 0x1p-20) * t2 +
+                            fmax(UNITS(16), 8 * stateful_rounding(bench, i));
     if (fabs(third(past)) > most * JERK_SHARE * t2 * t + rounding)
         stateful_violate(bench, STATEFUL_JERK, (int)i, "%.1f over %.1f%s",
                          third(past) / (t2 * t), most, hard ? " (stop)" : "");
@@ -224,7 +240,8 @@ static void judge_path(struct stateful *bench, unsigned i)
     struct motion_cursor cursor = { 0 };
     struct motion_sample sample;
     if (bench->judge.motion != STATEFUL_MOVE || track == NULL ||
-        !bench->axis[i].told || !stateful_in_motion(bench->judge.before))
+        bench->coupling[i].is_on || !bench->axis[i].told ||
+        !stateful_in_motion(bench->judge.before))
         return;
     motion_track_sample(track, &cursor, controller->rate.s_ns_q12, &sample);
     if (bench->axis[i].told_q32 + axis->offset_q32 != sample.pos_q32)
@@ -251,6 +268,12 @@ static void judge_direction(struct stateful *bench)
 
 /* --- one drive ---------------------------------------------------------- */
 
+/* What a board's drive is told is the path's while it plays, else the board's own. */
+static bool is_sent(const struct stateful_axis *axis)
+{
+    return axis->board == NULL || stateful_board_plays(axis->board);
+}
+
 /* A drive that is told nothing stays where it is. */
 static int64_t axis_told_q32(const struct stateful *bench, unsigned i)
 {
@@ -261,11 +284,13 @@ static int64_t axis_told_q32(const struct stateful *bench, unsigned i)
     return past->count > 0 ? past->pos_q32[0] : axis->hold_q32;
 }
 
+/* Where the axis is; of a board's, where the board has it. */
 static void judge_first(struct stateful *bench, unsigned i)
 {
     const struct stateful_axis *axis = &bench->axis[i];
     const int64_t off_q32 =
-        bench->judge.past[i].pos_q32[0] - axis->seen.pos_q32;
+        bench->judge.past[i].pos_q32[0] -
+        (axis->board != NULL ? axis->own_q32 : axis->seen.pos_q32);
     if (llabs(off_q32) > FIRST_Q32)
         stateful_violate(bench, STATEFUL_FIRST, (int)i, "%.9f off",
                          stateful_unit(off_q32));
@@ -284,10 +309,10 @@ static void judge_axis(struct stateful *bench, unsigned i)
         *past = (struct stateful_past){ .count = 0 };
         return;
     }
-    if (axis->is_first)
+    if (axis->is_first || !is_sent(axis))
         past->count = 0;
     judge_push(past, axis_told_q32(bench, i));
-    if (past->count == 1)
+    if (past->count == 1 && (axis->board == NULL || axis->is_first))
         judge_first(bench, i);
     judge_standing(bench, i);
     if (axis->request != HAL_DRIVE_REQUEST_ENABLE)
@@ -299,42 +324,12 @@ static void judge_axis(struct stateful *bench, unsigned i)
     judge_path(bench, i);
 }
 
-/* --- torque and faults --------------------------------------------------- */
-
-/* Nothing keeps torque on: OFF, or a fault whose reaction takes it. */
-static bool is_quiet(const struct controller *controller)
-{
-    if (controller->state == CONTROLLER_OFF)
-        return !controller->enabling;
-    return controller->state == CONTROLLER_FAULT &&
-           (controller->reaction != CONTROLLER_REACT_HOLD ||
-            controller->resetting);
-}
-
-static void judge_torque(struct stateful *bench)
-{
-    struct stateful_judge *judge = &bench->judge;
-    judge->quiet_ticks =
-        is_quiet(&bench->controller) ? judge->quiet_ticks + 1 : 0;
-    for (unsigned i = 0; i < bench->axes && judge->quiet_ticks > 0; i++) {
-        const enum hal_drive_request request = bench->axis[i].request;
-        if (request == HAL_DRIVE_REQUEST_ENABLE ||
-            request == HAL_DRIVE_REQUEST_QUICK_STOP)
-            stateful_violate(bench, STATEFUL_TORQUE, (int)i, "asked for in %s",
-                             controller_state_text(bench->controller.state));
-        if (judge->quiet_ticks > QUIET_TICKS &&
-            stateful_axis_has_torque(&bench->axis[i]))
-            stateful_violate(bench, STATEFUL_TORQUE, (int)i, "%s",
-                             controller_state_text(bench->controller.state));
-    }
-}
-
 void stateful_judge_before(struct stateful *bench)
 {
     bench->judge.before = bench->controller.state;
     bench->judge.homed_before = homing_is_running(&bench->homing);
     for (unsigned i = 0; i < bench->axes; i++)
-        bench->axis[i].told = false;
+        bench->axis[i].told = bench->axis[i].is_cut = false;
 }
 
 void stateful_judge_after(struct stateful *bench)
@@ -342,9 +337,10 @@ void stateful_judge_after(struct stateful *bench)
     for (unsigned i = 0; i < bench->axes; i++)
         judge_axis(bench, i);
     judge_direction(bench);
+    stateful_judge_coupled(bench);
     stateful_judge_goals(bench);
+    stateful_judge_torque(bench);
     stateful_judge_faults(bench);
-    judge_torque(bench);
     stateful_judge_homing(bench);
     stateful_judge_stop(bench);
     bench->judge.is_fresh = false;

@@ -13,6 +13,10 @@ static void break_drive(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
     struct stateful_axis *axis = &bench->axis[i];
+    if (axis->board != NULL) {
+        stateful_break_board(bench, axis->board);
+        return;
+    }
     axis->ill = stateful_one_in(bench, 2);
     axis->state = HAL_DRIVE_FAULT;
     stateful_may_come(bench, CONTROLLER_FAULT_DRIVE);
@@ -23,6 +27,10 @@ static void drop_drive(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
     struct stateful_axis *axis = &bench->axis[i];
+    if (axis->board != NULL) {
+        stateful_break_board(bench, axis->board);
+        return;
+    }
     axis->away = true;
     axis->state = HAL_DRIVE_OFFLINE;
     stateful_may_come(bench, CONTROLLER_FAULT_OFFLINE);
@@ -33,7 +41,7 @@ static void leave_operation(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
     struct stateful_axis *axis = &bench->axis[i];
-    if (axis->state != HAL_DRIVE_ENABLED)
+    if (axis->state != HAL_DRIVE_ENABLED || axis->board != NULL)
         return;
     axis->state =
         stateful_one_in(bench, 2) ? HAL_DRIVE_OFF : HAL_DRIVE_QUICK_STOP;
@@ -46,6 +54,10 @@ static void leave_operation(struct stateful *bench)
 static void go_stale(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    if (bench->axis[i].board != NULL) {
+        stateful_break_board(bench, bench->axis[i].board);
+        return;
+    }
     bench->axis[i].stale_ticks = (int)stateful_in(bench, 1, 8);
     stateful_may_come(bench, CONTROLLER_FAULT_STALE);
     stateful_note(bench, "(drive %u: stale)", i);
@@ -54,7 +66,8 @@ static void go_stale(struct stateful *bench)
 static void slip(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
-    bench->axis[i].slip_q32 += stateful_q32(stateful_between(bench, -3, 3));
+    bench->axis[i].slip_q32 +=
+        stateful_q32(bench->axis[i].scale * stateful_between(bench, -3, 3));
     stateful_may_come(bench, CONTROLLER_FAULT_FOLLOWING);
     stateful_note(bench, "(drive %u: slips)", i);
 }
@@ -110,6 +123,9 @@ static void lose_ticks(struct stateful *bench)
     bench->lost =
         (int)stateful_in(bench, 1, stateful_one_in(bench, 5) ? 100 : 8);
     stateful_may_come(bench, CONTROLLER_FAULT_OVERRUN);
+    bench->judge.lost = true;
+    if (stateful_any_boards(bench)) /* theirs go on */
+        stateful_may_come(bench, CONTROLLER_FAULT_FOLLOWING);
     stateful_note(bench, "(%d ticks lost)", bench->lost);
 }
 
@@ -117,6 +133,8 @@ static void lose_ticks(struct stateful *bench)
 static void run_away(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    if (bench->axis[i].board != NULL)
+        return; /* it watches its axes by itself */
     const double most = (double)bench->axis_config[i].stop.acc_q32 / 0x1p32;
     const double runaway = most * stateful_between(bench, 0.1, 3);
     bench->axis[i].runaway = stateful_one_in(bench, 2) ? runaway : -runaway;
@@ -127,6 +145,8 @@ static void run_away(struct stateful *bench)
 static void hold_back(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    if (bench->axis[i].board != NULL)
+        return;
     bench->axis[i].lag_s = stateful_between(bench, 0.005, 0.5);
     stateful_may_come(bench, CONTROLLER_FAULT_FOLLOWING);
     stateful_note(bench, "(drive %u: held back)", i);
@@ -154,6 +174,7 @@ void stateful_heal(struct stateful *bench)
         estop->press_ticks[channel] = estop->release_ticks[channel] = 0;
     }
     bench->bus.health = HAL_FIELDBUS_GOOD;
+    stateful_heal_boards(bench);
     for (unsigned i = 0; i < bench->axes; i++) {
         bench->axis[i].ill = bench->axis[i].away = false;
         if (!stateful_axis_has_torque(&bench->axis[i])) /* once it stands */

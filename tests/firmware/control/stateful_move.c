@@ -153,5 +153,8 @@ bool stateful_draw_track(struct stateful *bench, unsigned i)
     motion_track_init(&bench->track[bench->spare][i],
                       bench->storage[bench->spare][i], STATEFUL_SEGMENTS,
                       bench->controller.axis[i].target.pos_q32);
-    return kind[stateful_in(bench, 0, 2)](bench, i);
+    const bool is_made = kind[stateful_in(bench, 0, 2)](bench, i);
+    if (is_made && bench->kind.has_cams)
+        stateful_come_back(bench, i);
+    return is_made;
 }

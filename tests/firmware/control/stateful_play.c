@@ -49,6 +49,15 @@ static void play_begins(struct stateful *bench, enum controller_state was,
     stateful_motion_begins(bench, STATEFUL_MOVE, was);
     judge->is_reversed = turns;
     judge->s_ns_q12 = s_ns_q12;
+    judge->late = judge->lost = false;
+    judge->is_resumed = bench->playback.state != PLAYBACK_PLAYING ||
+                        bench->playback.then != PLAYBACK_HOLD;
+    judge->play_err = MOTION_OK;
+    for (unsigned k = 0; k < STATEFUL_BOARDS; k++) {
+        judge->late = judge->late || bench->board[k].late_ticks > 0;
+        bench->board[k].was_refused = false;
+    }
+    stateful_shots_arm(bench);
     bench->tally.repeated += bench->playback.played > 0;
     bench->tally.cued += bench->controller.state == CONTROLLER_HOLDING;
 }
@@ -60,6 +69,9 @@ int stateful_go(struct stateful *bench, int64_t at_ns_q12,
     const int err = playback_go(&bench->playback, at_ns_q12, then);
     stateful_note(bench, "go%s to %.3f, %d", err < 0 ? "!" : "",
                   (double)at_ns_q12 / (double)MOTION_FIXED_S_Q12, (int)then);
+    if (err == MOTION_OK && bench->controller.state == CONTROLLER_STOPPING)
+        stateful_stop_requested(bench,
+                                STATEFUL_STOP); /* what was held is left */
     if (err == MOTION_OK)
         play_begins(bench, was, false);
     return err;
@@ -78,6 +90,7 @@ void stateful_play_step(struct stateful *bench)
     const enum controller_state was = bench->controller.state;
     const bool played = bench->playback.state == PLAYBACK_PLAYING;
     bench->judge.s_ns_q12 = bench->controller.rate.s_ns_q12;
+    bench->judge.before_play = was;
     playback_step(&bench->playback);
     play_begins(bench, was, played);
 }
@@ -86,9 +99,12 @@ static void draw_load(struct stateful *bench)
 {
     uint32_t axes =
         (uint32_t)stateful_in(bench, 1, ((int64_t)1 << bench->axes) - 1);
+    axes = stateful_coupled_axes(bench, axes);
     for (unsigned i = 0; i < bench->axes; i++)
         if ((axes >> i & 1) != 0 && !stateful_draw_track(bench, i))
             axes &= ~((uint32_t)1 << i);
+    if (stateful_any_coupled(bench))
+        axes = stateful_coupled_tracks(bench, axes);
     stateful_load(bench, axes);
 }
 

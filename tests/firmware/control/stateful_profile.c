@@ -11,9 +11,19 @@
 #include "motion/core/err.h"
 #include "tests/firmware/control/stateful.h"
 
+#define SAID_TICKS 4 /* until what it has done is known */
+
 bool stateful_profile_is_on(const struct stateful_profile *profile)
 {
     return profile->on || profile->pending != STATEFUL_NO_ORDER;
+}
+
+bool stateful_profile_is_open(const struct stateful_profile *profile)
+{
+    return profile->there &&
+           (profile->is_bad || !profile->halts ||
+            stateful_profile_is_on(profile) ||
+            profile->still <= profile->arrive_ticks + SAID_TICKS);
 }
 
 void stateful_profile_end(struct stateful_profile *profile)
@@ -152,6 +162,7 @@ static void profile_step(struct stateful_axis *axis, double dt)
 void stateful_profile_advance(struct stateful_axis *axis, double dt)
 {
     struct stateful_profile *profile = &axis->profile;
+    profile->still = stateful_profile_is_on(profile) ? 0 : profile->still + 1;
     if (profile->busy > 0)
         profile->busy--;
     profile_take(axis);

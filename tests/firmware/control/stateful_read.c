@@ -10,7 +10,9 @@
 void stateful_draw_reader(struct stateful *bench)
 {
     struct stateful_reader *reader = &bench->reader[bench->spare];
-    reader->is_on = stateful_is_wide(bench) && stateful_one_in(bench, 2);
+    /* a window begins no move with a follower */
+    reader->is_on = stateful_is_wide(bench) &&
+                    stateful_one_in(bench, stateful_any_coupled(bench) ? 8 : 2);
     if (!reader->is_on)
         return;
     reader->spare_ns_q12 = stateful_in(bench, 5 * bench->period_ns, 300 * MS) *

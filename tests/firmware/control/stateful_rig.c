@@ -4,7 +4,8 @@
 
 #include "tests/firmware/control/stateful.h"
 
-#define MS INT64_C(1000000)
+#define MS        INT64_C(1000000)
+#define JERK_MOST 1e9 /* the format ends at 2^31 */
 
 int64_t stateful_in(struct stateful *bench, int64_t low, int64_t high)
 {
@@ -22,9 +23,11 @@ double stateful_between(struct stateful *bench, double low, double high)
     return low + (high - low) * share;
 }
 
+/* As far as the format goes. */
 int64_t stateful_q32(double value)
 {
-    return (int64_t)(value * (double)MOTION_FIXED_ONE_Q32);
+    return (int64_t)fmax(fmin(value * (double)MOTION_FIXED_ONE_Q32, 0x1p62),
+                         -0x1p62);
 }
 
 double stateful_unit(int64_t value_q32)
@@ -33,12 +36,13 @@ double stateful_unit(int64_t value_q32)
 }
 
 /* Half a second to full speed at most; a third without a limit of jerk. */
-static void rig_limits(struct stateful *bench,
+static void rig_limits(struct stateful *bench, double scale,
                        struct controller_axis_config *config)
 {
-    const double vel = 5 * pow(100, stateful_between(bench, 0, 1));
+    const double vel = scale * 5 * pow(100, stateful_between(bench, 0, 1));
     const double acc = vel / stateful_between(bench, 0.05, 0.5);
-    const double jerk = acc / stateful_between(bench, 0.01, 0.2);
+    const double jerk =
+        fmin(acc / stateful_between(bench, 0.01, 0.2), JERK_MOST);
     const double more =
         stateful_one_in(bench, 3) ? 1 : stateful_between(bench, 1, 10);
     const bool has_jerk = !stateful_one_in(bench, 3);
@@ -46,8 +50,10 @@ static void rig_limits(struct stateful *bench,
         (struct motion_clock_limit){ stateful_q32(vel), stateful_q32(acc),
                                      has_jerk ? stateful_q32(jerk) : 0 };
     config->stop = (struct motion_clock_limit){
-        stateful_q32(vel), stateful_q32(acc * more),
-        has_jerk && !stateful_one_in(bench, 4) ? stateful_q32(jerk * more) : 0
+        stateful_q32(vel), stateful_q32(fmin(acc * more, JERK_MOST)),
+        has_jerk && !stateful_one_in(bench, 4)
+            ? stateful_q32(fmin(jerk * more, JERK_MOST))
+            : 0
     };
 }
 
@@ -67,11 +73,12 @@ static void rig_range(struct stateful *bench,
 }
 
 /* Mostly inside its range, else a little or rather far outside. */
-static int64_t rig_start_q32(struct stateful *bench,
+static int64_t rig_start_q32(struct stateful *bench, double scale,
                              const struct controller_axis_config *config)
 {
     const double out =
-        stateful_one_in(bench, 2) ? 0.01 : stateful_between(bench, 0.001, 2);
+        scale *
+        (stateful_one_in(bench, 2) ? 0.01 : stateful_between(bench, 0.001, 2));
     if (stateful_one_in(bench, 8))
         return config->pos_min_q32 - stateful_q32(out);
     if (stateful_one_in(bench, 8))
@@ -195,7 +202,8 @@ static void rig_drive(struct stateful *bench, unsigned i)
     axis->off_ticks = (int)stateful_in(bench, 0, 5);
     axis->reset_ticks = (int)stateful_in(bench, 0, 20);
     if (stateful_one_in(bench, 2))
-        axis->droop_q32 = stateful_q32(stateful_between(bench, 0.01, 0.1));
+        axis->droop_q32 =
+            stateful_q32(axis->scale * stateful_between(bench, 0.01, 0.1));
     if (stateful_one_in(bench, 2))
         axis->droop_q32 = -axis->droop_q32;
     axis->homes = stateful_one_in(bench, 6);
@@ -232,20 +240,33 @@ static void rig_profile(struct stateful *bench, unsigned i)
         profile->share = stateful_between(bench, 0.05, 0.6);
 }
 
+/* Steps of an encoder, mm or degrees, metres or turns. */
+static double rig_scale(struct stateful *bench)
+{
+    static const double scale[] = { 1, 1, 0.01, 0.1, 100, 10000 };
+    return bench->kind.has_units
+               ? scale[stateful_in(bench, 0, ARRAY_LEN(scale) - 1)]
+               : 1;
+}
+
 static void rig_axis(struct stateful *bench, unsigned i)
 {
     struct controller_axis_config *config = &bench->axis_config[i];
+    const double scale = rig_scale(bench);
     int64_t offset_q32 = 0;
-    rig_limits(bench, config);
+    bench->axis[i].scale = scale;
+    rig_limits(bench, scale, config);
     rig_range(bench, config);
-    config->following_floor_q32 = MOTION_FIXED_ONE_Q32 / 2;
+    config->following_floor_q32 = stateful_q32(scale / 2);
     config->following_k_ns = 5 * MS;
-    config->needs_homing = stateful_one_in(bench, 3);
+    config->needs_homing = stateful_one_in(bench, bench->kind.has_cams ? 8 : 3);
     if (config->needs_homing)
-        offset_q32 = stateful_q32(stateful_between(bench, -500, 500));
+        offset_q32 = stateful_q32(scale * stateful_between(bench, -500, 500));
     rig_drive(bench, i);
     rig_profile(bench, i);
-    bench->axis[i].pos_q32 = rig_start_q32(bench, config) - offset_q32;
+    if (scale != 1 || (bench->kind.has_cams && !stateful_one_in(bench, 4)))
+        config->by_goals = bench->axis[i].profile.there = false;
+    bench->axis[i].pos_q32 = rig_start_q32(bench, scale, config) - offset_q32;
     rig_zones(bench, i, offset_q32);
     rig_homing(bench, i, offset_q32);
 }
@@ -258,9 +279,12 @@ bool stateful_is_wide(const struct stateful *bench)
 void stateful_draw_rig(struct stateful *bench)
 {
     static const int64_t period_us[] = { 500, 1000, 1000, 1000, 2000, 4000 };
+    static const int64_t other_us[] = { 125, 250, 10000, 20000 };
     bench->axes = (unsigned)stateful_in(bench, 1, 3);
     if (stateful_one_in(bench, 6))
         bench->axes = (unsigned)stateful_in(bench, 4, STATEFUL_AXES);
+    if (bench->kind.has_cams && bench->axes == 1)
+        bench->axes = 2;
     bench->config = (struct controller_config){
         .period_ns =
             1000 * period_us[stateful_in(bench, 0, ARRAY_LEN(period_us) - 1)],
@@ -268,8 +292,16 @@ void stateful_draw_rig(struct stateful *bench)
         .stop_timeout_ns = 2000 * MS,
         .axis_count = bench->axes,
     };
+    if (bench->kind.has_units && stateful_one_in(bench, 2))
+        bench->config.period_ns =
+            1000 * other_us[stateful_in(bench, 0, ARRAY_LEN(other_us) - 1)];
+    if (bench->kind.has_cams || bench->kind.has_boards)
+        bench->config.enable_timeout_ns =
+            2000 * MS + 400 * bench->config.period_ns;
     for (unsigned i = 0; i < bench->axes; i++)
         rig_axis(bench, i);
+    if (bench->kind.has_boards)
+        stateful_draw_boards(bench);
     bench->estop.channels = 1;
     if (!stateful_is_wide(bench) || stateful_one_in(bench, 3))
         return;

@@ -22,6 +22,11 @@ static double limit_q32(int64_t value_q32)
     return (double)value_q32 / 0x1p32;
 }
 
+static int64_t least_q32(int64_t a, double b)
+{
+    return b < (double)a ? (int64_t)b + 1 : a;
+}
+
 static double track_vel(const struct motion_track *track)
 {
     struct motion_extreme extreme;
@@ -39,6 +44,37 @@ static const struct motion_clock_limit *stop_limit(const struct stateful *bench,
                    kind == STATEFUL_HOME_STOP
                ? &config->stop
                : &config->limit;
+}
+
+/* Less where it takes others along in a jog, whose curves need a share of theirs: in
+ * thirds, of what C', C'' and C''' leave. */
+static struct motion_clock_limit shared_limit(const struct stateful *bench,
+                                              unsigned i,
+                                              enum stateful_stop_kind kind)
+{
+    struct motion_clock_limit limit = *stop_limit(bench, i, kind);
+    const double vel = limit_q32(limit.vel_q32);
+    for (unsigned k = 0; k < bench->axes; k++) {
+        const struct stateful_coupling *coupling = &bench->coupling[k];
+        const struct motion_clock_limit *own = stop_limit(bench, k, kind);
+        const double slope = 3 * limit_q32(coupling->cam.slope_q32) + 1e-12;
+        const double second = ldexp(limit_q32(coupling->cam.second_q32),
+                                    -2 * coupling->cam.shift);
+        const double bend = 9 * second * vel;
+        if (!coupling->is_on || coupling->cam.master != i)
+            continue;
+        limit.acc_q32 = least_q32(limit.acc_q32, (double)own->acc_q32 / slope);
+        if (own->jerk_q32 == 0)
+            continue;
+        if (bend > 0)
+            limit.acc_q32 =
+                least_q32(limit.acc_q32, (double)own->jerk_q32 / bend);
+        limit.jerk_q32 =
+            limit.jerk_q32 == 0
+                ? (int64_t)((double)own->jerk_q32 / slope)
+                : least_q32(limit.jerk_q32, (double)own->jerk_q32 / slope);
+    }
+    return limit;
 }
 
 /* Of the clock that reads the path. */
@@ -62,13 +98,13 @@ static double stop_yardstick(const struct stateful *bench,
     double longest = 0;
     for (unsigned i = 0; i < bench->axes; i++) {
         const struct motion_track *track = stateful_track(bench, i);
-        const struct motion_clock_limit *limit = stop_limit(bench, i, kind);
+        const struct motion_clock_limit limit = shared_limit(bench, i, kind);
         if (track == NULL)
             continue;
         const double dv = track_vel(track) * stop_rate(bench);
-        longest = fmax(longest, 1.5 * dv / limit_q32(limit->acc_q32));
-        if (limit->jerk_q32 > 0)
-            longest = fmax(longest, sqrt(6 * dv / limit_q32(limit->jerk_q32)));
+        longest = fmax(longest, 1.5 * dv / limit_q32(limit.acc_q32));
+        if (limit.jerk_q32 > 0)
+            longest = fmax(longest, sqrt(6 * dv / limit_q32(limit.jerk_q32)));
     }
     return longest;
 }
@@ -84,7 +120,7 @@ static double steepest(const struct stateful *bench,
     double jerk = accel / ((double)bench->period_ns / 1e9);
     for (unsigned i = 0; i < bench->axes; i++) {
         const struct motion_track *track = stateful_track(bench, i);
-        const int64_t most = stop_limit(bench, i, kind)->jerk_q32;
+        const int64_t most = shared_limit(bench, i, kind).jerk_q32;
         struct motion_state f;
         if (track == NULL || most == 0)
             continue;
@@ -179,14 +215,16 @@ static double rate_allowance(const struct stateful *bench,
 
 static double vel_allowance(const struct stateful *bench, unsigned i)
 {
-    const struct motion_clock_limit *limit = &bench->axis_config[i].limit;
+    const struct motion_clock_limit limit =
+        shared_limit(bench, i, STATEFUL_STOP);
     const double t = (double)bench->period_ns / 1e9;
-    const double acc = fabs(stateful_acc(bench, i));
+    const double rounding = 4 * stateful_rounding(bench, i) / t;
+    const double acc = fabs(stateful_acc(bench, i)) + rounding / t;
     if (bench->axis_config[i].by_goals)
         return stateful_goal_rise(bench, i);
-    double rise = acc * TICKS * t + 2 * limit_q32(limit->acc_q32) * t;
-    if (limit->jerk_q32 > 0)
-        rise += acc * acc / (2 * limit_q32(limit->jerk_q32));
+    double rise = acc * TICKS * t + 2 * limit_q32(limit.acc_q32) * t + rounding;
+    if (limit.jerk_q32 > 0)
+        rise += acc * acc / (2 * limit_q32(limit.jerk_q32));
     return rise;
 }
 
@@ -296,6 +334,7 @@ void stateful_stop_requested(struct stateful *bench,
         .requested_ns = bench->clock_ns,
         .by_ns = stop_by_ns(bench, kind),
         .by_rate = stops_by_clock(bench, kind),
+        .from = from,
         .rate = (double)from.rate_q30 * 0x1p-30 +
                 rate_allowance(bench, kind, &from),
         .vel = fabs(stateful_vel(bench, axis)) + vel_allowance(bench, axis),
@@ -307,6 +346,10 @@ void stateful_stop_requested(struct stateful *bench,
     bench->tally.stop[kind]++;
     if (before.kind != STATEFUL_GOES)
         keep_stricter(stop, &before);
+    if (kind != STATEFUL_HOLD)
+        stop->by_ns = later_ns(
+            stop->by_ns,
+            bench->clock_ns + (int64_t)(stateful_board_rest_s(bench) * 1e9));
     /* also from rest READY takes a tick */
     if (stop->by_ns < bench->clock_ns + 2 * bench->period_ns)
         stop->by_ns = bench->clock_ns + 2 * bench->period_ns;
@@ -330,6 +373,13 @@ void stateful_motion_begins(struct stateful *bench, enum stateful_motion motion,
     if (motion == STATEFUL_REST)
         return;
     judge->motion = motion;
+    for (unsigned i = 0; i < bench->axes && motion == STATEFUL_MOVE; i++) {
+        const struct stateful_coupling *own = &bench->coupling[i];
+        const bool leads =
+            own->is_on && bench->controller.axis[own->cam.master].track != NULL;
+        bench->tally.led += leads && bench->controller.axis[i].track != NULL;
+        bench->tally.along += leads && bench->controller.axis[i].track == NULL;
+    }
     judge->is_reversed = false;
     judge->dead_ns = 0;
     judge->is_fresh = true;

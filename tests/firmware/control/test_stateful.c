@@ -13,7 +13,7 @@
 #define EPISODE 4000
 #define TICKS   200000
 #define LONG    1000000 /* long enough to have been everywhere */
-#define SHOWN   2       /* of each kind */
+#define SHOWN   (getenv("ALL") ? 1000000 : 2) /* of each kind */
 
 static uint64_t from_environment(const char *name, uint64_t otherwise)
 {
@@ -37,11 +37,20 @@ static void print_tally(const struct stateful_tally *tally)
     printf("  %8" PRIu64 " times torque off, as an axis ran away\n",
            tally->away);
     printf("  %8" PRIu64 " goals sent\n", tally->goals);
+    printf("  %8" PRIu64 " ticks of coupled axes; moves with one: %" PRIu64
+           " by its track, %" PRIu64 " without\n",
+           tally->coupled, tally->led, tally->along);
+    printf("  %8" PRIu64 " ticks of boards that move\n", tally->on_board);
+    printf("  %8" PRIu64 " commands that came with a stop\n", tally->beside);
+    printf("  %8" PRIu64 " pulses\n", tally->shots);
     printf("  %8" PRIu64 " ticks in reverse\n", tally->reversed);
     printf("  %8" PRIu64 " times played again\n", tally->repeated);
     printf("  %8" PRIu64 " times held at a time of the move\n", tally->cued);
-    printf("  %8" PRIu64 " fault stops by the drives themselves\n",
+    printf("  %8" PRIu64 " fault stops by the drives themselves, of them\n",
            tally->by_drives);
+    for (int k = 0; k < STATEFUL_EXCUSES; k++)
+        printf("  %8" PRIu64 "   as %s\n", tally->excuse[k],
+               stateful_excuse_text((enum stateful_excuse)k));
 }
 
 /* What a long run has been at least once. */
@@ -52,6 +61,8 @@ static void expect_everywhere(const struct stateful_tally *tally)
     for (int k = HOMING_SEARCH; k < HOMING_STATES; k++)
         assert_true(tally->homing[k] > 0);
     assert_true(tally->goals > 0);
+    assert_true(tally->coupled > 0 && tally->led > 0 && tally->along > 0);
+    assert_true(tally->on_board > 0 && tally->beside > 0 && tally->shots > 0);
     assert_true(tally->reversed > 0 && tally->repeated > 0 && tally->cued > 0);
     for (int k = 1; k < CONTROLLER_FAULT_RUNAWAY; k++)
         if (k != CONTROLLER_FAULT_GATE) /* nothing comes so far */

@@ -370,6 +370,8 @@ static void is_braked_by_its_drives(void)
     c->rest_by_ns = c->clock_ns + 5 * MS;
     run(5);
     assert_int_equal(c->fault.fault, CONTROLLER_FAULT_NONE);
+    /* for no reason of its own */
+    bench.judge.reaction = CONTROLLER_REACT_QUICK;
     run(1);
     assert_int_equal(c->fault.fault, CONTROLLER_FAULT_REST);
     assert_int_equal(c->reaction, CONTROLLER_REACT_QUICK);
@@ -581,7 +583,7 @@ static void a_drive_that_ran_on_in_a_hold_has_time_for_its_way_back(void **s)
 static void an_axis_outside_is_not_sent_out_again(void **state)
 {
     (void)state;
-    stateful_episode(&bench, 0x6b0791fc, 4000);
+    stateful_plain_episode(&bench, 0x6b0791fc, 4000);
     judged("soak", 0x6b0791fc);
 }
 
@@ -646,7 +648,7 @@ static void episodes_of_a_soak_are_as_they_should_be(void **state)
     };
     (void)state;
     for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
-        stateful_episode(&bench, seed[k], 4000);
+        stateful_plain_episode(&bench, seed[k], 4000);
         judged("soak", (int64_t)seed[k]);
     }
 }
@@ -884,6 +886,63 @@ static void a_stop_of_a_jog_that_is_held_ends_in_ready(void **state)
     }
 }
 
+/* A master that counts, a follower in metres: what its curve bends by is 10^-12 of a
+ * metre per count^2, and yet what it may be jogged by. */
+static void lay_cam(int64_t every_q32)
+{
+    static const double place[] = { 0, 0.05, 0.01, 0.06, 0.02 };
+    struct stateful_coupling *own = &bench.coupling[1];
+    struct motion_state from = { .pos_q32 = 0 };
+    lay(2, 0);
+    for (unsigned i = 0; i < 2; i++) {
+        bench.axis_config[i].pos_min_q32 = -bench.axis_config[i].pos_max_q32;
+        bench.axis_config[i].following_floor_q32 = 1000000 * UNIT;
+        for (int which = 0; which < STATEFUL_SWITCHES; which++)
+            bench.axis[i].zone[which].there = false;
+    }
+    bench.axis_config[0].pos_max_q32 = 1000000 * UNIT;
+    bench.axis_config[0].limit = bench.axis_config[0].stop =
+        (struct motion_clock_limit){ 400000 * UNIT, 6000000 * UNIT,
+                                     40000000 * UNIT };
+    bench.axis_config[1].limit = bench.axis_config[1].stop =
+        (struct motion_clock_limit){ UNIT / 5, 8 * UNIT / 5, 32 * UNIT };
+    own->cam = (struct controller_cam){ .track = &own->track,
+                                        .high_q32 = 4 * every_q32 };
+    own->cam.shift = controller_cam_shift(0, 4 * every_q32);
+    motion_track_init(&own->track, own->segment, STATEFUL_CURVE_SEGMENTS, 0);
+    for (int k = 1; k < 5; k++) {
+        const struct motion_state to = { .pos_q32 = stateful_q32(place[k]) };
+        int64_t dur_ns_q12;
+        assert_int_equal(motion_fixed_mulshift(every_q32, MOTION_FIXED_S_Q12,
+                                               32u + own->cam.shift,
+                                               &dur_ns_q12),
+                         MOTION_OK);
+        assert_int_equal(
+            motion_track_append_quintic(&own->track, dur_ns_q12, &from, &to),
+            MOTION_OK);
+        from = to;
+    }
+    assert_int_equal(controller_cam_init(&own->cam), MOTION_OK);
+}
+
+static void a_master_that_counts_keeps_its_followers_limits(void **state)
+{
+    (void)state;
+    for (int64_t every = 20000; every < 220000; every += 40000)
+        for (int at = 0; at < 3000; at += 700) {
+            lay_cam(every * UNIT);
+            enable();
+            assert_int_equal(stateful_couple(&bench, 1), MOTION_OK);
+            assert_int_equal(
+                stateful_jog(&bench, 0, 4 * every * UNIT, 400000 * UNIT, 0),
+                MOTION_OK);
+            run(at);
+            stateful_jog_stop(&bench, false);
+            run(4000);
+            in_state(CONTROLLER_READY);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -922,6 +981,7 @@ int main(void)
         cmocka_unit_test(
             a_homing_that_a_fault_ended_leaves_nothing_to_the_next),
         cmocka_unit_test(a_stop_of_a_jog_that_is_held_ends_in_ready),
+        cmocka_unit_test(a_master_that_counts_keeps_its_followers_limits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
