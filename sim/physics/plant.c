@@ -195,25 +195,38 @@ static double sim_plant_seconds(int64_t step_s_q60)
     return (double)step_s_q60 / (double)(INT64_C(1) << 60);
 }
 
-/* The integral of the loop, in Q32 of counts/s2 as the pull is; held while the
- * current is at its limit. */
-static sim_i128 sim_plant_integral(struct sim_plant *plant, int64_t target_q24,
-                                   int64_t step_s_q60)
+/* 1/s3: what the integral of the loop is taken times. */
+static double sim_plant_integral_gain(const struct sim_plant *plant)
 {
-    struct sim_mechanics *mechanics = plant->mechanics;
     const double omega = plant->config.omega_mrad_s * 1e-3;
-    const double off =
-        (double)(target_q24 - sim_plant_measured_q24(plant)) * 0x1p-24;
-    const double most = (double)plant->config.acc_max_counts_s2;
+    return omega * omega * omega / 8;
+}
 
-    if (mechanics == NULL)
+/* What the integral of the loop asks for, in Q40 of counts/s2 as the pull is. */
+static sim_i128 sim_plant_integral(const struct sim_plant *plant)
+{
+    if (plant->mechanics == NULL)
         return 0;
-    if (!plant->saturated)
-        mechanics->integral += off * sim_plant_seconds(step_s_q60);
-    double acc = omega * omega * omega / 8 * mechanics->integral;
-    acc = acc > most ? most : acc < -most ? -most : acc;
-    /* counts/s2 to Q40; |acc| <= 2^40 */
+    /* |acc| <= 2^40, by sim_plant_integrate */
+    const double acc =
+        sim_plant_integral_gain(plant) * plant->mechanics->integral;
     return (sim_i128)(int64_t)(acc * 256) * (INT64_C(1) << 32);
+}
+
+/* Adds a step to the integral, unless that is towards a limit that the torque is at;
+ * it never asks for more than the current limit (K. J. Astrom, T. Hagglund, Advanced
+ * PID Control, ISA 2006, 3.5: conditional integration). */
+static void sim_plant_integrate(struct sim_plant *plant, sim_i128 off_q24,
+                                sim_i128 pull, double step_s)
+{
+    struct sim_mechanics *const mechanics = plant->mechanics;
+    const bool is_up = plant->reversed ? pull < 0 : pull > 0;
+    if (mechanics == NULL || (plant->saturated && is_up == (off_q24 > 0)))
+        return;
+    const double most = (double)plant->config.acc_max_counts_s2 /
+                        sim_plant_integral_gain(plant);
+    mechanics->integral += (double)off_q24 * 0x1p-24 * step_s;
+    mechanics->integral = fmax(-most, fmin(most, mechanics->integral));
 }
 
 /* The torque as it is, the motor no faster than its voltage allows. */
@@ -280,21 +293,24 @@ static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
 {
     /* Both below 2^63 (positions 2^62, velocities 2^60); the sum of products
      * is below 2^104 + 2^95 + 2^86.  Q24 x Q16 to Q8: 32 bits less. */
-    sim_i128 pull = (sim_i128)plant->spring_q16 *
-                        ((sim_i128)target_q24 - sim_plant_measured_q24(plant)) +
+    const sim_i128 off_q24 =
+        (sim_i128)target_q24 - sim_plant_measured_q24(plant);
+    const sim_i128 acc_max = (sim_i128)plant->config.acc_max_counts_s2 << 40;
+    const bool was_saturated = plant->saturated;
+    sim_i128 pull = plant->spring_q16 * off_q24 +
                     (sim_i128)plant->damping_q16 *
                         ((sim_i128)target_vel_q24 - plant->vel_q24) +
                     (sim_i128)plant->push_q8 * (INT64_C(1) << 32) +
-                    sim_plant_integral(plant, target_q24, step_s_q60);
-    sim_i128 acc_max = (sim_i128)plant->config.acc_max_counts_s2 << 40;
+                    sim_plant_integral(plant);
 
     if (plant->reversed)
         pull = -pull;
-    if (pull > acc_max || pull < -acc_max) {
+    plant->saturated = pull > acc_max || pull < -acc_max;
+    if (plant->saturated)
         pull = pull > 0 ? acc_max : -acc_max;
-        plant->saturated = true;
-    }
     sim_plant_turn(plant, sim_plant_shift_round(pull, 32), step_s_q60);
+    sim_plant_integrate(plant, off_q24, pull, sim_plant_seconds(step_s_q60));
+    plant->saturated |= was_saturated;
 }
 
 /* ---- a cascade of loops ---- */

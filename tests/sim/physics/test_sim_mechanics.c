@@ -4,6 +4,7 @@
 
 #include "sim/physics/mechanics.h"
 #include "tests/sim/bus/sim_bus.h"
+#include "tests/sim/physics/physics_random.h"
 
 #define ONE_Q24 (INT64_C(1) << 24)
 #define STEP_S  250e-6
@@ -420,6 +421,92 @@ static void it_comes_no_further_than_its_stop(void **state)
     assert_true(load() > 1999 && servo_off(at) < -500);
 }
 
+/* A servo that is held for a while when its target goes on, then let go. */
+struct held_case {
+    struct sim_plant_config servo;
+    struct sim_mechanics_config load;
+    struct sim_loops_config loops; /* position_hz 0: of second order */
+    double speed, far;             /* of the target: counts/s, counts */
+    int64_t from_ns, until_ns, end_ns;
+};
+
+/* With a current limit far below what the error asks for, any loop swings for long:
+ * it has a fifth of it or more. */
+static struct held_case held_draw(bool cascade)
+{
+    const double hz = cascade ? physics_random(2, 8) : physics_random(3, 20);
+    const double omega = 2 * pi * hz, speed = physics_random(500, 20000);
+    const double far = speed * physics_random(0.3, 3);
+    const double acc = omega * omega * far * physics_random(0.2, 2);
+    struct held_case held = {
+        .servo = { .omega_mrad_s = (uint32_t)(omega * 1000),
+                   .zeta_permille = (uint16_t)physics_random(800, 1200),
+                   .vel_max_counts_s = 10000000,
+                   .acc_max_counts_s2 = (int64_t)acc },
+        .load = { .inertia_ratio = physics_random(0.2, 4),
+                  .frequency_hz = hz * physics_random(6, 12),
+                  .damping = physics_random(0.1, 0.4),
+                  .weight_counts_s2 = acc * physics_random(-0.4, 0.4) },
+        .speed = speed,
+        .far = far,
+        .from_ns = llround(physics_random(0, 0.25) * 1e9),
+        .until_ns = llround(physics_random(1, 5) * 1e9),
+    };
+    /* the slowest pole is at omega / 6 or so: e^-25 of it is left */
+    held.end_ns =
+        llround(fmax(1e-9 * (double)held.until_ns, far / speed) * 1e9) +
+        llround(150e9 / omega);
+    if (cascade)
+        held.loops = (struct sim_loops_config){
+            .position_hz = hz,
+            .velocity_hz = hz * physics_random(4, 8),
+            .current_hz = 500,
+            .reset_s = physics_random(0.05, 0.3),
+            .position_ns = 1000000,
+            .velocity_ns = 500000,
+            .current_ns = 100000,
+        };
+    return held;
+}
+
+/* How far beside its target it rests. */
+static double held_rest(const struct held_case *held, bool is_held)
+{
+    double at = 0;
+    assert_int_equal(sim_plant_init(&plant, &held->servo, 0), MOTION_OK);
+    assert_int_equal(sim_mechanics_init(&mechanics, &held->load, plant.pos_q24),
+                     MOTION_OK);
+    plant.mechanics = &mechanics;
+    if (held->loops.position_hz > 0)
+        assert_int_equal(sim_plant_set_loops(&plant, &held->loops), MOTION_OK);
+    for (int64_t now_ns = 0; now_ns < held->end_ns; now_ns += STEP_NS) {
+        const double before = at;
+        at = fmin(held->far, held->speed * 1e-9 * (double)now_ns);
+        const int64_t slope_q24 = llround((at - before) / STEP_S * 0x1p24);
+        if (is_held && now_ns >= held->from_ns && now_ns < held->until_ns)
+            sim_plant_press(&plant, llround(at * 0x1p24), slope_q24, STEP_NS);
+        else
+            sim_plant_step(&plant, llround(at * 0x1p24), slope_q24, STEP_NS);
+    }
+    return servo_off(at);
+}
+
+static void it_rests_where_it_is_told_whatever_held_it(void **state)
+{
+    (void)state;
+    physics_begin();
+    for (unsigned i = 0; i < 24; i++) {
+        const uint64_t seed = physics_seed;
+        const struct held_case held = held_draw(i % 2 != 0);
+        const double was = held_rest(&held, true);
+        const double free_off = held_rest(&held, false);
+        if (!(fabs(was) < 0.1) || !(fabs(free_off) < 0.1))
+            fail_msg("SEED=%llu: %.4f counts beside its target, %.4f where "
+                     "nothing held it",
+                     (unsigned long long)seed, was, free_off);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -437,6 +524,7 @@ int main(void)
         cmocka_unit_test(its_loop_carries_a_weight_and_holds_it),
         cmocka_unit_test(backlash_is_seen_at_the_load_alone),
         cmocka_unit_test(it_comes_no_further_than_its_stop),
+        cmocka_unit_test(it_rests_where_it_is_told_whatever_held_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
