@@ -335,6 +335,24 @@ void chart_line_end(struct chart *chart, const struct chart_color *color,
     cairo_restore(chart->cairo);
 }
 
+void chart_shade_line(struct chart *chart, bool above,
+                      const struct chart_color *fill,
+                      const struct chart_color *line)
+{
+    cairo_t *const cairo = chart->cairo;
+    const struct chart_box *box = &chart->box;
+    const double edge = above ? box->y : box->y + box->height;
+    chart_line_flush(chart);
+    cairo_path_t *const path = cairo_copy_path(cairo);
+    cairo_line_to(cairo, chart->last_x, edge);
+    cairo_line_to(cairo, box->x, edge);
+    chart_set_color(cairo, fill);
+    cairo_fill(cairo);
+    cairo_append_path(cairo, path);
+    cairo_path_destroy(path);
+    chart_line_end(chart, line, 1);
+}
+
 void chart_marker(const struct chart *chart, double t, double value,
                   double radius, const struct chart_color *color)
 {

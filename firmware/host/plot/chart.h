@@ -78,6 +78,12 @@ void chart_shade(const struct chart *chart, double from, bool above,
                  const struct chart_color *fill,
                  const struct chart_color *line);
 
+/* The same with a line that is not straight, begun below, over the width of the
+ * box: instead of its end. */
+void chart_shade_line(struct chart *chart, bool above,
+                      const struct chart_color *fill,
+                      const struct chart_color *line);
+
 /* A line, clipped to the box: begin, points from left to right, end.  Points
  * within a tenth of a pixel of the line without them are left out; so are those
  * of a narrow column that are neither its ends nor its extremes, as a stroke

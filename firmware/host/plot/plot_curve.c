@@ -128,6 +128,14 @@ void plot_following(struct plot_panel *panel, plot_point *point)
     }
 }
 
+void plot_allowed(struct plot_panel *panel, plot_point *point)
+{
+    const struct trace *trace = panel->plot->trace;
+    for (size_t i = 0; i < trace->count; i++)
+        point(panel, trace->t_s[i],
+              trace_at(trace, i, plot_rig_axis(panel))->allowed);
+}
+
 /* --- scales --- */
 
 static void plot_grow(struct plot_panel *panel, double t, double value)
@@ -152,11 +160,25 @@ bool plot_is_warped(const struct plot_panel *panel)
 static void plot_keep_peak(struct plot_panel *panel)
 {
     panel->peak = fmax(-panel->min, panel->max);
-    if (panel->row == PLOT_FOLLOWING || plot_is_warped(panel))
+    if (plot_is_warped(panel))
         return;
     panel->peak = number_double(
         job_peak(plot_track_of(panel), (enum motion_quantity)panel->row, NULL),
         32);
+}
+
+/* The following error that was nearest to its limit, and that limit. */
+static void plot_keep_worst(struct plot_panel *panel)
+{
+    const struct trace *trace = panel->plot->trace;
+    for (size_t i = 0; i < trace->count; i++) {
+        const struct trace_axis *at = trace_at(trace, i, plot_rig_axis(panel));
+        if (i > 0 &&
+            at->worst * panel->limit_high <= panel->peak * at->worst_allowed)
+            continue;
+        panel->peak = at->worst;
+        panel->limit_high = at->worst_allowed;
+    }
 }
 
 /* Curves of one axis that are compared have common scales.  The peak is the
@@ -180,7 +202,7 @@ static void plot_measure(struct plot_panel *panel)
     panel->max = -INFINITY;
     if (panel->row == PLOT_FOLLOWING) {
         plot_following(panel, plot_grow);
-        plot_keep_peak(panel);
+        plot_keep_worst(panel);
         return;
     }
     if (plot_is_warped(panel)) {
@@ -203,17 +225,15 @@ static void plot_limits(struct plot_panel *panel)
     if (plot_is_path(panel))
         return;
     axis = job_rig_axis(panel->plot->job, panel->axis);
-    if (panel->row == PLOT_FOLLOWING) {
-        panel->limit_high = number_double(axis->following_floor_q32, 32);
-    } else if (order > 0) {
-        panel->limit_high =
-            number_double(job_limit_of(&axis->limit, order), 32);
-    } else {
+    if (panel->row == PLOT_POS) {
         panel->limit_low = number_double(axis->limit.pos_min_q32, 32);
         panel->limit_high = number_double(axis->limit.pos_max_q32, 32);
         panel->limited = panel->limit_low < panel->limit_high;
         return;
     }
+    if (panel->row != PLOT_FOLLOWING)
+        panel->limit_high =
+            number_double(job_limit_of(&axis->limit, order), 32);
     panel->limit_low = -panel->limit_high;
     panel->limited = panel->limit_high > 0;
 }

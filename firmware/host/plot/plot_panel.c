@@ -190,7 +190,7 @@ static void plot_note_of(const struct plot_panel *panel, char *text,
     } else {
         snprintf(text, size, "%s %s of %s%s (%.0f %%)", word, value,
                  panel->off_scale ? "\u2191" : "", limit,
-                 fmax(ceil(100 * peak / panel->limit_high - 1e-9), 0));
+                 fmax(ceil(100 * peak / panel->limit_high - 1e-6), 0));
     }
 }
 
@@ -212,6 +212,19 @@ static void plot_headings(const struct plot_panel *panel)
                note);
 }
 
+static void plot_line_below(struct plot_panel *panel, double t, double value)
+{
+    chart_line_to(&panel->chart, t, -value);
+}
+
+/* What is allowed grows with the speed. */
+static void plot_band(struct plot_panel *panel, int sign)
+{
+    chart_line_begin(&panel->chart);
+    plot_allowed(panel, sign > 0 ? plot_line : plot_line_below);
+    chart_shade_line(&panel->chart, sign > 0, &plot_beyond, &plot_limit);
+}
+
 void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row,
                      const struct chart_box *box)
 {
@@ -225,7 +238,10 @@ void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row,
     plot_scale(&panel);
     chart_grid_times(&panel.chart, &plot_tick, last);
     chart_grid_values(&panel.chart, &plot_tick, panel.scale);
-    if (panel.limited) {
+    if (panel.row == PLOT_FOLLOWING) {
+        plot_band(&panel, 1);
+        plot_band(&panel, -1);
+    } else if (panel.limited) {
         chart_shade(&panel.chart, panel.limit_high, true, &plot_beyond,
                     &plot_limit);
         chart_shade(&panel.chart, panel.limit_low, false, &plot_beyond,

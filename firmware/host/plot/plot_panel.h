@@ -49,6 +49,8 @@ void plot_track(struct plot_panel *panel, plot_point *point);
 void plot_demand(struct plot_panel *panel, plot_point *point);
 void plot_actual(struct plot_panel *panel, plot_point *point);
 void plot_following(struct plot_panel *panel, plot_point *point);
+/* The following error that is allowed. */
+void plot_allowed(struct plot_panel *panel, plot_point *point);
 
 /* Extremes, limits and the range that is shown: plot_curve.c. */
 void plot_scale(struct plot_panel *panel);

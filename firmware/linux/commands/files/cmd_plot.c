@@ -168,7 +168,7 @@ static enum status cmd_plot_recording(struct job *job, struct trace *trace,
         status = planning_open_files(job, &files->files, files->kept[0].path,
                                      files->kept[1].path);
     if (status == STATUS_OK) {
-        trace_init(trace, job->rig.axis_count);
+        trace_init(trace, &job->rig);
         status = cmd_plot_trace(job, options->path[0], trace);
     }
     if (status == STATUS_OK && picture_of_job(job, trace, options->out) < 0)
@@ -197,7 +197,7 @@ static enum status cmd_plot_job(struct job *job, struct trace *trace,
         return cmd_plot_space(job, options);
     bool traced = options->telemetry != NULL;
     if (traced) {
-        trace_init(trace, job->rig.axis_count);
+        trace_init(trace, &job->rig);
         status = cmd_plot_trace(job, options->telemetry, trace);
     }
     if (status != STATUS_OK)

@@ -481,7 +481,7 @@ static enum status cmd_run_job(struct cmd_run *self)
     if (status != STATUS_OK)
         return status;
     if (options->plot != NULL)
-        trace_init(&self->trace, self->job.rig.axis_count);
+        trace_init(&self->trace, &self->job.rig);
     return cmd_run_live(self);
 }
 

@@ -79,7 +79,7 @@ static void play(void)
     volatile sig_atomic_t interrupts = 0;
     assert_int_equal(machine_sim_init(&sim, &job.rig, false, &ports, message),
                      MOTION_OK);
-    trace_init(&trace, job.rig.axis_count);
+    trace_init(&trace, &job.rig);
     report_init(&report, &job);
     assert_int_equal(machine_init(&machine, &job.rig, &ports, message),
                      MOTION_OK);

@@ -281,7 +281,7 @@ static void fill_trace(void)
 {
     static struct telemetry_axis axis[16];
     struct telemetry_row row = { .axis = axis };
-    trace_init(&trace, job.rig.axis_count);
+    trace_init(&trace, &job.rig);
     for (int i = 0; i <= 2400; i++) {
         row.phase = TELEMETRY_MOVE;
         row.t_ns = i * INT64_C(10000000);

@@ -70,7 +70,7 @@ static int open_dolly(void **state)
     (void)state;
     memset(&given, 0, sizeof given);
     bench_open(path, 1, false);
-    trace_init(&trace, bench.job.rig.axis_count);
+    trace_init(&trace, &bench.job.rig);
     return 0;
 }
 
