@@ -108,5 +108,5 @@ static int64_t report_goal(const struct report *report, unsigned i)
 
 int64_t report_end_error(const struct report *report, unsigned i)
 {
-    return report->axis[i].end_q32 - report_goal(report, i);
+    return report_goal(report, i) - report->axis[i].end_q32;
 }

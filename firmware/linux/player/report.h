@@ -82,7 +82,8 @@ struct report {
 void report_init(struct report *report, const struct job *job);
 void report_free(struct report *report);
 void report_take(struct report *report, const struct telemetry_row *row);
-/* Where axis i of the move is at the end, from where it should be. */
+/* Where axis i of the move should be at the end, less where it is: the sign of a
+ * following error. */
 int64_t report_end_error(const struct report *report, unsigned i);
 /* "done", "stopped by a fault" ... */
 const char *report_end_text(enum report_end end);

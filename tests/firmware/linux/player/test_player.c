@@ -452,6 +452,10 @@ static void reports_are_text_and_json(void **state)
     assert_non_null(strstr(text, "\"error_warning\":"));
     assert_non_null(strstr(text, "\"fault\":"));
     assert_non_null(strstr(text, "\"axis\":\t\"dolly\""));
+    /* it stood still before where it should have gone: one sign for both */
+    assert_true(report_end_error(&bench.report, 0) != 0);
+    assert_true((report_end_error(&bench.report, 0) > 0) ==
+                (bench.report.fault.value > 0));
 }
 
 #define RUN(test) cmocka_unit_test_setup_teardown(test, open_dolly, close_dolly)
