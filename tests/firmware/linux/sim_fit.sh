@@ -114,3 +114,33 @@ words = pan["why"].replace(";", "").split()
 goes, shows = float(words[words.index("to") + 1]), float(words[-2])
 assert abs(goes / (30 * float(words[words.index("of") + 1]) / 1000) - 1) < 0.02
 assert abs(shows / (10 / (2 * math.pi * 20) ** 2) - 1) < 0.02, pan'
+
+# an axis that homes to a hard stop, whose drive tells its torque for that, is fitted;
+# one with feed-forward of torque is not, nor is one that stands, and why is said
+cat >"$dir/lift.yaml" <<'RIG'
+buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}
+axes:
+  lift:
+    unit: mm
+    limits: {position: [0, 600], velocity: 150, acceleration: 200, jerk: 1000}
+    following_error: {floor: 1 mm}
+    homing: {by: hard-stop, direction: negative, torque: 60 %, speed: 8 mm/s, position: -3 mm, go: 0 mm}
+    drive: {kind: cia402, bus: can0, node: 1, counts: 13107 per mm}
+    sim: {hard_stops: [-3, 605], start: 20}
+RIG
+sed 's/node: 1,/& torque: 10 %,/' "$dir/lift.yaml" >"$dir/forward.yaml"
+echo 'axes: {lift: {curve: s-curve, keys: [[0 s, 50], [5 s, 400]]}}' >"$dir/up.yaml"
+echo 'axes: {lift: {keys: [[0 s, 0]]}}' >"$dir/stand.yaml"
+fit_lift() { # RIG MOVE
+    rm -f "$dir/lift.csv"
+    "$slew" run --telemetry "$dir/lift.csv" "$dir/$1" "$dir/$2" >"$dir/said" 2>&1 ||
+        { cat "$dir/said"; exit 1; }
+    "$slew" sim fit --dry-run "$dir/$1" "$dir/lift.csv" >"$dir/said" 2>&1
+}
+fit_lift lift.yaml up.yaml
+grep -q '^lift  *bandwidth  *25 Hz  *25 Hz' "$dir/said"
+if fit_lift forward.yaml up.yaml; then exit 1; fi
+grep -q 'no axis can be fitted: lift: its drive has torque feed-forward$' "$dir/said"
+if fit_lift lift.yaml stand.yaml; then exit 1; fi
+grep -q 'no axis can be fitted: lift: it does not move in the recording after a' \
+    "$dir/said"

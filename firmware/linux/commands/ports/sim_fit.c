@@ -134,6 +134,22 @@ static enum status fit_named(struct sim_fit_all *all)
     return fit_axis(all, self);
 }
 
+/* Of the first axes, one of which may be enough to mend it. */
+static enum status fit_none(const struct sim_fit_all *all)
+{
+    static const uint32_t most = 4;
+    char text[4 * (SIM_FIT_WHY_MAX + PLAN_NAME_MAX + 4)] = "";
+    for (uint32_t i = 0; i < all->rig.axis_count && i < most; i++) {
+        const size_t length = strlen(text);
+        snprintf(text + length, sizeof text - length, "%s%s: %s",
+                 i > 0 ? "; " : "", all->axis[i].axis->name,
+                 sim_fit_left_out(all, i));
+    }
+    error_say("slew sim fit: %s: no axis can be fitted: %s%s", all->recording,
+              text, all->rig.axis_count > most ? "; ..." : "");
+    return STATUS_INPUT;
+}
+
 static enum status fit_every(struct sim_fit_all *all)
 {
     enum status status = STATUS_OK;
@@ -143,10 +159,7 @@ static enum status fit_every(struct sim_fit_all *all)
             status = fit_axis(all, &all->axis[i]);
     if (status != STATUS_OK || all->fitted > 0)
         return status;
-    error_say("slew sim fit: %s: no axis with set points on CAN moves in it "
-              "after a tenth of a second at rest",
-              all->recording);
-    return STATUS_INPUT;
+    return fit_none(all);
 }
 
 static enum status fit_check(const struct options *options)

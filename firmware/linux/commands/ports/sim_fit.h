@@ -65,7 +65,9 @@ double sim_fit_in_unit(const struct sim_fit_axis *axis,
 enum status sim_fit_rows(struct sim_fit_all *all);
 /* sim_fit_edit.c: the rig file's new text, all->text and all->edits. */
 enum status sim_fit_edit(struct sim_fit_all *all);
-/* sim_fit_say.c: what came of it. */
+/* sim_fit_say.c: what came of it.  Why an axis was left out; NULL: it was not, or
+ * was not wanted. */
+const char *sim_fit_left_out(const struct sim_fit_all *all, uint32_t axis);
 void sim_fit_print(const struct sim_fit_all *all);
 void sim_fit_json(const struct sim_fit_all *all);
 enum status sim_fit_draw(const struct sim_fit_all *all);

@@ -140,7 +140,7 @@ static const char *fit_rows_other(const struct rig *rig,
         return NULL;
     if (rig_stream(&axis->cia402, NULL) == DRIVE_CIA402_CSV)
         return "its drive follows velocities";
-    return axis->cia402.torque ? "its drive has torque feed-forward" : NULL;
+    return axis->torque_q32 != 0 ? "its drive has torque feed-forward" : NULL;
 }
 
 static void fit_rows_begin(struct sim_fit_all *all)

@@ -164,8 +164,7 @@ static void fit_print_kept(const struct sim_fit_all *all)
     }
 }
 
-/* NULL: it is not, or was not wanted. */
-static const char *fit_left_out(const struct sim_fit_all *all, uint32_t axis)
+const char *sim_fit_left_out(const struct sim_fit_all *all, uint32_t axis)
 {
     const struct sim_fit_axis *const self = &all->axis[axis];
 
@@ -179,7 +178,7 @@ static const char *fit_left_out(const struct sim_fit_all *all, uint32_t axis)
 static void fit_print_left_out(const struct sim_fit_all *all)
 {
     for (uint32_t i = 0; i < all->rig.axis_count; i++) {
-        const char *const why = fit_left_out(all, i);
+        const char *const why = sim_fit_left_out(all, i);
         if (why != NULL)
             printf("%s: left out, %s\n", all->axis[i].axis->name, why);
     }
@@ -258,7 +257,7 @@ static cJSON *fit_json_axis(const struct sim_fit_axis *self)
 static void fit_json_left_out(const struct sim_fit_all *all, cJSON *list)
 {
     for (uint32_t i = 0; i < all->rig.axis_count; i++) {
-        const char *const why = fit_left_out(all, i);
+        const char *const why = sim_fit_left_out(all, i);
         if (why == NULL)
             continue;
         cJSON *const item = cJSON_CreateObject();
