@@ -440,6 +440,8 @@ fresh:
 -include tests/firmware/control/stateful.mk
 # Also: fuzz.
 -include tests/fuzz/fuzz.mk
+# Also: dead.
+-include tests/proofs/dead.mk
 
 .PHONY: fetched
 # what these take from others' servers
