@@ -126,11 +126,6 @@ static bool sim_bodies_sweep(struct sim_bodies *bodies, double t_s)
     return any;
 }
 
-void sim_bodies_collide(struct sim_bodies *bodies)
-{
-    sim_bodies_sweep(bodies, 0);
-}
-
 /* Impacts until none is due, then which contacts rest. */
 static void sim_bodies_meet(struct sim_bodies *bodies, double t_s)
 {
@@ -254,32 +249,6 @@ int sim_bodies_step(struct sim_bodies *bodies, double begin_s, double step_s,
     return MOTION_OK;
 }
 
-double sim_bodies_energy_j(const struct sim_bodies *bodies)
-{
-    double energy = 0;
-
-    for (int i = 0; i < bodies->config.spheres; i++) {
-        const struct sim_sphere *const of = &bodies->sphere[i];
-        energy +=
-            of->mass_kg * (0.5 * sim_dot3(of->vel_m_s, of->vel_m_s) +
-                           0.2 * of->radius_m * of->radius_m *
-                               sim_dot3(of->spin_rad_s, of->spin_rad_s) -
-                           sim_dot3(bodies->config.gravity_m_s2, of->pos_m));
-    }
-    return energy;
-}
-
-void sim_bodies_momentum(const struct sim_bodies *bodies,
-                         double *momentum_kg_m_s)
-{
-    for (int k = 0; k < 3; k++) {
-        momentum_kg_m_s[k] = 0;
-        for (int i = 0; i < bodies->config.spheres; i++)
-            momentum_kg_m_s[k] +=
-                bodies->sphere[i].mass_kg * bodies->sphere[i].vel_m_s[k];
-    }
-}
-
 void sim_bodies_angular_momentum(const struct sim_bodies *bodies,
                                  double *angular_kg_m2_s)
 {
@@ -295,13 +264,4 @@ void sim_bodies_angular_momentum(const struct sim_bodies *bodies,
                 of->mass_kg * (moment[k] + 0.4 * of->radius_m * of->radius_m *
                                                of->spin_rad_s[k]);
     }
-}
-
-double sim_bodies_gap_m(const struct sim_bodies *bodies,
-                        const struct sim_contact *contact, double t_s)
-{
-    struct sim_touch touch;
-
-    sim_contact_gap(bodies, contact, t_s, &touch);
-    return touch.gap_m;
 }

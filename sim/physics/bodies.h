@@ -110,20 +110,8 @@ int sim_bodies_init(struct sim_bodies *bodies,
 int sim_bodies_step(struct sim_bodies *bodies, double begin_s, double step_s,
                     const struct sim_signal *turn_rad);
 
-/* The impact of every pair that touches and approaches, once each, now. */
-void sim_bodies_collide(struct sim_bodies *bodies);
-
-/* Kinetic with rotation, and m g z (z against gravity). */
-double sim_bodies_energy_j(const struct sim_bodies *bodies);
-void sim_bodies_momentum(const struct sim_bodies *bodies,
-                         double *momentum_kg_m_s);
 /* About the origin, spin included. */
 void sim_bodies_angular_momentum(const struct sim_bodies *bodies,
                                  double *angular_kg_m2_s);
-
-/* Between the surfaces of a pair, with planes and boxes at t_s of the last
- * step. */
-double sim_bodies_gap_m(const struct sim_bodies *bodies,
-                        const struct sim_contact *contact, double t_s);
 
 #endif

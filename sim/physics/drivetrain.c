@@ -463,32 +463,3 @@ double sim_drivetrain_twist_rad(const struct sim_drivetrain *drive, int i)
 {
     return sim_drivetrain_twist(drive, drive->y, i);
 }
-
-double sim_drivetrain_current_a(const struct sim_drivetrain *drive,
-                                const struct sim_drivetrain_input *input)
-{
-    return sim_drivetrain_current(drive, input, 0, drive->y);
-}
-
-double sim_drivetrain_energy_j(const struct sim_drivetrain *drive)
-{
-    const struct sim_drivetrain_config *const config = &drive->config;
-    const int n = config->inertias;
-    double energy = 0;
-
-    for (int i = 0; i < n; i++) {
-        const struct sim_inertia *const inertia = &config->inertia[i];
-        const double angle = drive->y[i], speed = drive->y[n + i];
-
-        energy += 0.5 * inertia->inertia_kg_m2 * speed * speed +
-                  0.5 * inertia->spring_n_m_rad * angle * angle;
-        if (inertia->gravity_n_m != 0)
-            energy += inertia->gravity_n_m * double_sin(angle);
-    }
-    for (int i = 0; i + 1 < n; i++) {
-        const double depth = fmax(0, fabs(sim_drivetrain_twist_rad(drive, i)) -
-                                         0.5 * config->coupling[i].gap_rad);
-        energy += 0.5 * config->coupling[i].stiffness_n_m_rad * depth * depth;
-    }
-    return energy;
-}

@@ -144,12 +144,6 @@ int sim_drivetrain_step(struct sim_drivetrain *drive, double begin_s,
                         const struct sim_drivetrain_input *input);
 
 static inline double
-sim_drivetrain_angle_rad(const struct sim_drivetrain *drive, int i)
-{
-    return drive->y[i];
-}
-
-static inline double
 sim_drivetrain_speed_rad_s(const struct sim_drivetrain *drive, int i)
 {
     return drive->y[drive->config.inertias + i];
@@ -157,24 +151,5 @@ sim_drivetrain_speed_rad_s(const struct sim_drivetrain *drive, int i)
 
 /* Of coupling i. */
 double sim_drivetrain_twist_rad(const struct sim_drivetrain *drive, int i);
-
-/* Of the motor, now that the input is `input`, at its begin. */
-double sim_drivetrain_current_a(const struct sim_drivetrain *drive,
-                                const struct sim_drivetrain_input *input);
-
-/* Kinetic, in the couplings and the springs to a support at 0, and of gravity
- * (0 at angle 0). */
-double sim_drivetrain_energy_j(const struct sim_drivetrain *drive);
-
-struct sim_drivetrain_response {
-    double motor_re, motor_im; /* speed[0] / torque, rad/s per N m */
-    double load;               /* |speed of the last inertia / torque| */
-};
-
-/* Of the linear drive (without friction, gap, stops, motor, loop) at freq_hz >
- * 0, from the impedances of the row. */
-struct sim_drivetrain_response
-sim_drivetrain_respond(const struct sim_drivetrain_config *config,
-                       double freq_hz);
 
 #endif

@@ -190,23 +190,6 @@ int sim_linkage_step(struct sim_linkage *linkage, double step_s,
     return MOTION_OK;
 }
 
-double sim_linkage_energy_j(const struct sim_linkage *linkage)
-{
-    const struct sim_linkage_config *const config = &linkage->config;
-    double momentum[SIM_LINKAGE_LINKS], energy = 0;
-
-    sim_linkage_momenta(linkage, linkage->angle_rad, linkage->speed_rad_s,
-                        momentum);
-    for (int i = 0; i < config->links; i++) {
-        /* 1 - cos(angle), without what cancels */
-        const double half = double_sin(0.5 * linkage->angle_rad[i]);
-        energy += 0.5 * momentum[i] * linkage->speed_rad_s[i] +
-                  linkage->below_kg[i] * config->gravity_m_s2 *
-                      config->length_m[i] * 2 * half * half;
-    }
-    return energy;
-}
-
 void sim_linkage_place_m(const struct sim_linkage *linkage, int i, double *x_m,
                          double *z_m)
 {
@@ -215,35 +198,4 @@ void sim_linkage_place_m(const struct sim_linkage *linkage, int i, double *x_m,
         *x_m += linkage->config.length_m[j] * double_sin(linkage->angle_rad[j]);
         *z_m -= linkage->config.length_m[j] * double_cos(linkage->angle_rad[j]);
     }
-}
-
-bool sim_linkage_modes(const struct sim_linkage_config *config,
-                       double *frequency_hz, double *shapes_m)
-{
-    struct sim_linkage linkage;
-    double mass[SIM_LINKAGE_LINKS * SIM_LINKAGE_LINKS];
-    double stiffness[SIM_LINKAGE_LINKS * SIM_LINKAGE_LINKS] = { 0 };
-    const int n = config->links;
-
-    if (sim_linkage_init(&linkage, config) < 0)
-        return false;
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++)
-            mass[i * n + j] = sim_linkage_a(&linkage, i, j);
-        stiffness[i * n + i] =
-            linkage.below_kg[i] * config->gravity_m_s2 * config->length_m[i];
-    }
-    if (!sim_modes(mass, stiffness, n, frequency_hz, shapes_m))
-        return false;
-    for (int i = 0; i < n; i++) {
-        double sum = 0, largest = 0;
-        for (int k = 0; k < n; k++) {
-            sum += config->length_m[k] * shapes_m[i * n + k];
-            shapes_m[i * n + k] = sum;
-            largest = fmax(largest, fabs(sum));
-        }
-        for (int k = 0; k < n; k++)
-            shapes_m[i * n + k] /= largest;
-    }
-    return true;
 }

@@ -52,18 +52,8 @@ int sim_linkage_init(struct sim_linkage *linkage,
 int sim_linkage_step(struct sim_linkage *linkage, double step_s,
                      const struct sim_signal *pivot_x_m);
 
-/* Kinetic and of gravity in the frame of the pivot; 0: at rest, straight
- * down. */
-double sim_linkage_energy_j(const struct sim_linkage *linkage);
-
 /* Of mass i, from the pivot. */
 void sim_linkage_place_m(const struct sim_linkage *linkage, int i, double *x_m,
                          double *z_m);
-
-/* Small swings about straight down: frequencies in Hz, lowest first, and in
- * row i of shapes_m (links x links) the sideways displacement of every mass,
- * the largest 1 in size.  False when they are not found. */
-bool sim_linkage_modes(const struct sim_linkage_config *config,
-                       double *frequency_hz, double *shapes_m);
 
 #endif

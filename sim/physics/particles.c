@@ -243,56 +243,6 @@ int sim_particles_step(struct sim_particles *particles, double step_s,
     return MOTION_OK;
 }
 
-double sim_particles_energy_j(const struct sim_particles *particles)
-{
-    const struct sim_particles_config *const config = &particles->config;
-    double energy = 0, axis[3];
-
-    for (int i = 0; i < config->nodes; i++) {
-        const double *const v = particles->vel_m_s + 3 * (ptrdiff_t)i;
-        energy += config->node[i].mass_kg *
-                  (0.5 * sim_dot(v, v) -
-                   sim_dot(config->gravity_m_s2,
-                           particles->pos_m + 3 * (ptrdiff_t)i));
-    }
-    for (int s = 0; s < config->springs; s++) {
-        const struct sim_spring *const spring = &config->spring[s];
-        if (sim_spring_is_apart(spring, particles->pos_m))
-            continue;
-        const double stretch =
-            sim_spring_axis(spring, particles->pos_m, axis) - spring->rest_m;
-        energy += 0.5 * spring->stiffness_n_m * stretch * stretch;
-    }
-    return energy;
-}
-
-void sim_particles_momentum(const struct sim_particles *particles,
-                            double *momentum_kg_m_s)
-{
-    for (int k = 0; k < 3; k++)
-        momentum_kg_m_s[k] = 0;
-    for (int i = 0; i < particles->config.nodes; i++) {
-        for (int k = 0; k < 3; k++)
-            momentum_kg_m_s[k] += particles->config.node[i].mass_kg *
-                                  particles->vel_m_s[3 * i + k];
-    }
-}
-
-void sim_particles_angular_momentum(const struct sim_particles *particles,
-                                    double *angular_kg_m2_s)
-{
-    for (int k = 0; k < 3; k++)
-        angular_kg_m2_s[k] = 0;
-    for (int i = 0; i < particles->config.nodes; i++) {
-        const double *const p = particles->pos_m + 3 * (ptrdiff_t)i;
-        const double *const v = particles->vel_m_s + 3 * (ptrdiff_t)i;
-        for (int k = 0; k < 3; k++)
-            angular_kg_m2_s[k] += particles->config.node[i].mass_kg *
-                                  (p[(k + 1) % 3] * v[(k + 2) % 3] -
-                                   p[(k + 2) % 3] * v[(k + 1) % 3]);
-    }
-}
-
 double sim_particles_tension_n(const struct sim_particles *particles,
                                int spring)
 {

@@ -73,34 +73,9 @@ int sim_particles_init(struct sim_particles *particles,
 int sim_particles_step(struct sim_particles *particles, double step_s,
                        const struct sim_particles_input *input);
 
-/* Kinetic, of the springs, and m g z of all nodes (z against gravity). */
-double sim_particles_energy_j(const struct sim_particles *particles);
-void sim_particles_momentum(const struct sim_particles *particles,
-                            double *momentum_kg_m_s);
-/* About the origin. */
-void sim_particles_angular_momentum(const struct sim_particles *particles,
-                                    double *angular_kg_m2_s);
 /* Positive: tension, without damping. */
 double sim_particles_tension_n(const struct sim_particles *particles,
                                int spring);
-
-/* The second derivatives of the energy where the nodes are, in the order of
- * the free nodes' coordinates: n x n with n = 3 x (free nodes). */
-void sim_particles_stiffness(const struct sim_particles *particles,
-                             double *matrix_n_m);
-int sim_particles_free(const struct sim_particles *particles);
-
-/* Doubles of workspace for sim_particles_settle with n free nodes. */
-#define SIM_SETTLE_WORK(n) ((3 * (n)) * (3 * (n)) * 2 + 4 * (3 * (n)))
-
-/* Move the free nodes, from where they are, downhill to a minimum of the
- * energy of springs and gravity, and stop them.  Newton steps with a shift
- * that grows until the energy falls (Levenberg and Marquardt; Nocedal &
- * Wright, Numerical Optimization, 2nd ed. (2006), 4.1, 10.3).  Where the slope
- * vanishes but the energy has a way down, the nodes are nudged.  Returns the
- * steps taken, or MOTION_E_WORK when there is no minimum after steps_max. */
-int sim_particles_settle(struct sim_particles *particles, int steps_max,
-                         double *work);
 
 /* The springs of a grid of columns x rows nodes (index = column rows + row):
  * structural to the neighbours, shear on both diagonals, bending to the second

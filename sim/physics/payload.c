@@ -47,13 +47,6 @@ static bool payload_is_legal(const struct sim_payload_config *config)
                       config->wall_m >= 0));
 }
 
-double sim_payload_kg(const struct sim_payload_config *config)
-{
-    return config->kind == SIM_PAYLOAD_CABLE
-               ? config->mass_kg + config->cable_kg
-               : config->mass_kg;
-}
-
 /* ---- what hangs on links ---- */
 
 static int payload_hang(struct sim_payload *self)

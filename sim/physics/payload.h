@@ -103,7 +103,4 @@ unsigned sim_payload_points(const struct sim_payload *self,
  * little nearer to each other than. */
 double sim_payload_sphere_m(const struct sim_payload_config *config);
 
-/* Mass that moves with the axis, beside which its own has to be large. */
-double sim_payload_kg(const struct sim_payload_config *config);
-
 #endif

@@ -1,10 +1,12 @@
 /* tests/sim/vectors_physics_drive.c - families of sim/physics/drivetrain.h. */
+#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "sim/physics/drivetrain.h"
 #include "tests/motion/vectors_json.h"
+#include "tests/sim/oracle.h"
 #include "tests/sim/vectors_physics.h"
 
 #define EVENTS_MAX     4096
@@ -28,7 +30,7 @@ struct drive {
 static void drive_watch_cycle(struct drive *self, double t_s, double step_s)
 {
     const int last = self->config.inertias - 1;
-    const double angle = sim_drivetrain_angle_rad(&self->drive, last);
+    const double angle = self->drive.y[last];
 
     if (t_s < SETTLE_S)
         return;
@@ -62,6 +64,28 @@ static int drive_step(void *plant, double t_s, double step_s)
     return 0;
 }
 
+/* Of an ideal loop what it is told, within its limit and what the voltage drives
+ * against the motor's own. */
+static double drive_current(const struct drive *self)
+{
+    const struct sim_motor *const motor = &self->config.motor;
+    const int n = self->config.inertias;
+    const double back_v = motor->torque_constant_n_m_a * self->drive.y[n];
+    double current = self->input.current_a.c[0];
+
+    if (motor->inductance_h > 0)
+        return self->drive.y[2 * n];
+    if (motor->current_limit_a > 0)
+        current = fmax(-motor->current_limit_a,
+                       fmin(motor->current_limit_a, current));
+    if (motor->voltage_limit_v > 0)
+        current =
+            fmax((-motor->voltage_limit_v - back_v) / motor->resistance_ohm,
+                 fmin((motor->voltage_limit_v - back_v) / motor->resistance_ohm,
+                      current));
+    return current;
+}
+
 static int drive_read(void *plant, const char *q, double *to, int capacity)
 {
     struct drive *const self = plant;
@@ -70,7 +94,7 @@ static int drive_read(void *plant, const char *q, double *to, int capacity)
 
     (void)capacity;
     if (i >= 0 && i < self->config.inertias && strncmp(q, "angle_", 6) == 0)
-        to[0] = sim_drivetrain_angle_rad(drive, i);
+        to[0] = drive->y[i];
     else if (i >= 0 && i < self->config.inertias &&
              strncmp(q, "speed_", 6) == 0)
         to[0] = sim_drivetrain_speed_rad_s(drive, i);
@@ -78,13 +102,13 @@ static int drive_read(void *plant, const char *q, double *to, int capacity)
              strncmp(q, "twist_", 6) == 0)
         to[0] = sim_drivetrain_twist_rad(drive, i);
     else if (strcmp(q, "x") == 0 || strcmp(q, "angle") == 0)
-        to[0] = sim_drivetrain_angle_rad(drive, 0);
+        to[0] = drive->y[0];
     else if (strcmp(q, "v") == 0 || strcmp(q, "speed") == 0)
         to[0] = sim_drivetrain_speed_rad_s(drive, 0);
     else if (strcmp(q, "current") == 0)
-        to[0] = sim_drivetrain_current_a(drive, &self->input);
+        to[0] = drive_current(self);
     else if (strcmp(q, "energy") == 0)
-        to[0] = sim_drivetrain_energy_j(drive);
+        to[0] = oracle_drivetrain_energy_j(drive);
     else if (strcmp(q, "momentum") == 0)
         to[0] = self->config.coupling[0].ratio *
                     self->config.inertia[0].inertia_kg_m2 *
@@ -168,13 +192,92 @@ static int drive_jump(const struct drive *self, double *to)
     return 1;
 }
 
-static double drive_gain(const struct sim_drivetrain_config *config,
-                         double freq_hz)
-{
-    const struct sim_drivetrain_response at =
-        sim_drivetrain_respond(config, freq_hz);
+/* --- the linear drive: y' = rate y + push torque ------------------------------ */
 
-    return hypot(at.motor_re, at.motor_im);
+#define LINEAR_MAX (2 * SIM_DRIVETRAIN_INERTIAS)
+
+struct linear {
+    int size;
+    double rate[LINEAR_MAX][LINEAR_MAX], push[LINEAR_MAX];
+};
+
+/* y' at y and a torque, by a step and two halves. */
+static void drive_rate(const struct sim_drivetrain_config *config,
+                       const double *y, double torque, double *rate)
+{
+    const double step_s = 1e-7;
+    const struct sim_drivetrain_input input = { .torque_n_m.c[0] = torque };
+    const int size = 2 * config->inertias;
+    struct sim_drivetrain drive;
+
+    for (int halves = 1; halves <= 2; halves++) {
+        (void)sim_drivetrain_init(&drive, config);
+        memcpy(drive.y, y, (size_t)size * sizeof *y);
+        sim_drivetrain_reset(&drive);
+        (void)sim_drivetrain_step(&drive, 0, step_s / halves, &input);
+        for (int i = 0; i < size; i++) {
+            const double mean = (drive.y[i] - y[i]) / (step_s / halves);
+            rate[i] = halves == 1 ? mean : 2 * mean - rate[i];
+        }
+    }
+}
+
+static void drive_linear(const struct sim_drivetrain_config *config,
+                         struct linear *linear)
+{
+    double y[LINEAR_MAX] = { 0 }, column[LINEAR_MAX];
+
+    linear->size = 2 * config->inertias;
+    drive_rate(config, y, 1, linear->push);
+    for (int j = 0; j < linear->size; j++) {
+        y[j] = 1;
+        drive_rate(config, y, 0, column);
+        y[j] = 0;
+        for (int i = 0; i < linear->size; i++)
+            linear->rate[i][j] = column[i];
+    }
+}
+
+/* (i omega - rate)^-1 push: y over the torque; Gauss, largest pivot. */
+static void linear_respond(const struct linear *linear, double freq_hz,
+                           double complex y[LINEAR_MAX])
+{
+    const double omega = 6.283185307179586 * freq_hz;
+    const int n = linear->size;
+    double complex a[LINEAR_MAX][LINEAR_MAX + 1];
+
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++)
+            a[i][j] = (i == j ? I * omega : 0) - linear->rate[i][j];
+        a[i][n] = linear->push[i];
+    }
+    for (int i = 0; i < n; i++) {
+        int pivot = i;
+        for (int k = i + 1; k < n; k++)
+            pivot = cabs(a[k][i]) > cabs(a[pivot][i]) ? k : pivot;
+        for (int j = i; j <= n; j++) {
+            const double complex kept = a[i][j];
+            a[i][j] = a[pivot][j];
+            a[pivot][j] = kept;
+        }
+        for (int k = i + 1; k < n; k++)
+            for (int j = n; j >= i; j--)
+                a[k][j] -= a[k][i] / a[i][i] * a[i][j];
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        y[i] = a[i][n];
+        for (int j = i + 1; j < n; j++)
+            y[i] -= a[i][j] * y[j];
+        y[i] /= a[i][i];
+    }
+}
+
+static double drive_gain(const struct linear *linear, double freq_hz)
+{
+    double complex y[LINEAR_MAX];
+
+    linear_respond(linear, freq_hz, y);
+    return cabs(y[linear->size / 2]);
 }
 
 /* Maxima (sign 1) or minima of the motor's gain, from low to high, over a
@@ -182,18 +285,21 @@ static double drive_gain(const struct sim_drivetrain_config *config,
 static int drive_extremes(const struct sim_drivetrain_config *config, int sign,
                           double *to, int capacity)
 {
+    struct linear linear;
     const double ratio = 1.002, golden = 0.6180339887498949;
     double before = 0, here = 0;
     int count = 0, seen = 0;
 
+    drive_linear(config, &linear);
     for (double freq = 1e-3; freq < 1e5 && count < capacity; freq *= ratio) {
-        const double next = sign * drive_gain(config, freq);
+        const double next = sign * drive_gain(&linear, freq);
         if (seen++ >= 2 && here > before && here >= next) {
             double low = freq / ratio / ratio, high = freq;
             for (int i = 0; i < 60; i++) {
                 const double a = high - golden * (high - low),
                              b = low + golden * (high - low);
-                if (sign * drive_gain(config, a) > sign * drive_gain(config, b))
+                if (sign * drive_gain(&linear, a) >
+                    sign * drive_gain(&linear, b))
                     high = b;
                 else
                     low = a;
@@ -210,21 +316,24 @@ static int drive_response(const struct drive *self, const cJSON *entry,
                           double *to, int capacity)
 {
     const char *const q = vectors_text(entry, "q");
+    const int n = self->config.inertias;
     const cJSON *freq;
+    double complex y[LINEAR_MAX];
+    struct linear linear;
     int count = 0;
 
+    drive_linear(&self->config, &linear);
     cJSON_ArrayForEach(freq, vectors_get(entry, "freq_hz"))
     {
-        const struct sim_drivetrain_response at =
-            sim_drivetrain_respond(&self->config, freq->valuedouble);
+        linear_respond(&linear, freq->valuedouble, y);
         if (count == capacity)
             return -1;
         if (strcmp(q, "gain_motor") == 0)
-            to[count++] = hypot(at.motor_re, at.motor_im);
+            to[count++] = cabs(y[n]);
         else if (strcmp(q, "phase_motor") == 0)
-            to[count++] = atan2(at.motor_im, at.motor_re);
+            to[count++] = carg(y[n]);
         else if (strcmp(q, "gain_load") == 0)
-            to[count++] = at.load;
+            to[count++] = cabs(y[2 * n - 1]);
         else
             return -1;
     }

@@ -5,6 +5,7 @@
 
 #include "sim/physics/linkage.h"
 #include "tests/motion/vectors_json.h"
+#include "tests/sim/oracle.h"
 #include "tests/sim/vectors_physics.h"
 
 struct swing {
@@ -44,7 +45,7 @@ static int swing_read(void *plant, const char *q, double *to, int capacity)
 
     (void)capacity;
     if (strcmp(q, "energy") == 0) {
-        to[0] = sim_linkage_energy_j(&self->linkage);
+        to[0] = oracle_linkage_energy_j(&self->linkage);
         return 1;
     }
     for (int i = 0; i < n; i++) {
@@ -168,7 +169,7 @@ static int links_result(void *plant, const cJSON *entry, double *to,
     double frequency_hz[SIM_LINKAGE_LINKS];
     double shapes[SIM_LINKAGE_LINKS * SIM_LINKAGE_LINKS];
 
-    if (!sim_linkage_modes(config, frequency_hz, shapes))
+    if (!oracle_linkage_modes(config, frequency_hz, shapes))
         return -1;
     if (strcmp(q, "frequency") == 0 && capacity >= n) {
         memcpy(to, frequency_hz, (size_t)n * sizeof *to);

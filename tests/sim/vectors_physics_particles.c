@@ -4,14 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "sim/physics/matrix.h"
 #include "sim/physics/particles.h"
 #include "tests/motion/vectors_json.h"
+#include "tests/sim/oracle.h"
 #include "tests/sim/vectors_physics.h"
 
 #define NODES_MAX    256
 #define SPRINGS_MAX  (6 * NODES_MAX + SIM_SPHERES_PAIRS(NODES_MAX))
-#define SETTLE_STEPS 2000
+#define SETTLE_STEPS 10000000
 
 struct cloud {
     const cJSON *item;
@@ -67,16 +67,18 @@ static int cloud_read(void *plant, const char *q, double *to, int capacity)
     const int n = self->shown, at = 3 * self->first;
     const bool places = strcmp(q, "pos") == 0;
 
+    double other[3];
+
     if (strcmp(q, "energy") == 0) {
-        to[0] = sim_particles_energy_j(particles);
+        to[0] = oracle_particles_energy_j(particles);
         return 1;
     }
     if (strcmp(q, "momentum") == 0) {
-        sim_particles_momentum(particles, to);
+        oracle_particles_momentum(particles, to, other);
         return self->on_line ? 1 : 3;
     }
     if (strcmp(q, "angular_momentum") == 0) {
-        sim_particles_angular_momentum(particles, to);
+        oracle_particles_momentum(particles, other, to);
         return 3;
     }
     if (strcmp(q, "centre_of_mass") == 0)
@@ -97,32 +99,38 @@ static int cloud_read(void *plant, const char *q, double *to, int capacity)
     return n;
 }
 
-/* Of motion along x alone: the stiffness of these coordinates. */
+/* Of motion along x, by what a step makes of each mass displaced. */
 static int cloud_modes(const struct cloud *self, double *to, int capacity)
 {
-    const int n = sim_particles_free(&self->particles);
-    double *const all = calloc(9 * (size_t)n * (size_t)n, sizeof *all);
-    double *const k = calloc(3 * (size_t)n * (size_t)n + (size_t)n, sizeof *k);
-    int count = -1;
+    const double aside_m = 0.1, step_s = 1e-6;
+    const int n = self->shown;
+    struct cloud *const other = calloc(1, sizeof *other);
+    double *const acc = calloc(2 * (size_t)n * (size_t)n, sizeof *acc);
+    double mass[NODES_MAX], hz[NODES_MAX];
+    int count = 0;
 
-    if (all != NULL && k != NULL) {
-        double *const m = k + n * n, *const shape = m + n * n,
-                      *const hz = shape + n * n;
-        sim_particles_stiffness(&self->particles, all);
-        for (int i = 0; i < n * n; i++)
-            k[i] = all[3 * (i / n) * 3 * n + 3 * (i % n)];
+    for (int j = 0; other != NULL && acc != NULL && j < n; j++) {
+        mass[j] = self->node[1 + j].mass_kg;
+        if (sim_particles_init(&other->particles, &self->particles.config,
+                               other->work) < 0)
+            count = -1;
+        for (int i = 0; i < n + 2; i++)
+            other->particles.pos_m[3 * i] =
+                self->rest[i] + (i == 1 + j ? aside_m : 0);
+        if (sim_particles_step(&other->particles, step_s, NULL) < 0)
+            count = -1;
         for (int i = 0; i < n; i++)
-            m[i * n + i] = self->node[self->first + i].mass_kg;
-        if (sim_modes(m, k, n, hz, shape)) {
-            count = 0;
-            for (int i = 0; i < n && count < capacity; i++) {
-                if (hz[i] > 0)
-                    to[count++] = hz[i];
-            }
-        }
+            acc[i * n + j] =
+                other->particles.vel_m_s[3 * (1 + i)] / (aside_m * step_s);
     }
-    free(all);
-    free(k);
+    if (other == NULL || acc == NULL || count < 0 ||
+        !oracle_modes(mass, acc, n, hz, acc + n * n))
+        count = -1;
+    for (int i = 0; i < n && count >= 0 && count < capacity; i++)
+        if (hz[i] > 0)
+            to[count++] = hz[i];
+    free(other);
+    free(acc);
     return count;
 }
 
@@ -313,18 +321,6 @@ bool physics_make_chain(const cJSON *item, struct physics_plant *plant)
     return true;
 }
 
-static bool cloud_settle(struct cloud *self)
-{
-    const int n = sim_particles_free(&self->particles);
-    double *const work = calloc((size_t)SIM_SETTLE_WORK(n), sizeof *work);
-    const int steps = work != NULL ? sim_particles_settle(&self->particles,
-                                                          SETTLE_STEPS, work)
-                                   : -1;
-
-    free(work);
-    return steps >= 0;
-}
-
 static bool cloud_pin(struct cloud *self, const cJSON *system, int nodes)
 {
     const cJSON *pin;
@@ -365,7 +361,8 @@ bool physics_make_cable(const cJSON *item, struct physics_plant *plant)
     const bool moves = vectors_get(vectors_get(item, "input"), "dolly_x");
     config.driven = moves ? 0 : -1;
     return cloud_pin(self, system, n) && cloud_begin(self, &config) &&
-           cloud_place(self) && (moves || cloud_settle(self));
+           cloud_place(self) &&
+           (moves || oracle_particles_settle(&self->particles, SETTLE_STEPS));
 }
 
 /* Every node is a sphere: `diameter`, `stiffness`, `damping` of a touch. */
@@ -421,5 +418,5 @@ bool physics_make_cloth(const cJSON *item, struct physics_plant *plant)
         memcpy(&self->particles.pos_m[3 * (int)vectors_number_at(pins, i)],
                &pin_pos[3 * (size_t)i], 3 * sizeof pin_pos[0]);
     return strcmp(vectors_text(item, "family"), "cloth_rest") != 0 ||
-           cloud_settle(self);
+           oracle_particles_settle(&self->particles, SETTLE_STEPS);
 }

@@ -209,13 +209,6 @@ void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault)
         sim_cia402_schedule(self);
 }
 
-void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs)
-{
-    sim_servo_advance(&self->base);
-    self->inputs = inputs;
-    cia402_inputs_watch(self);
-}
-
 /* ---- init -------------------------------------------------------------- */
 
 static bool sim_cia402_is_legal(const struct sim_cia402_config *config)

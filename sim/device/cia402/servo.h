@@ -249,10 +249,6 @@ struct sim_cia402 {
 int sim_cia402_init(struct sim_cia402 *self, struct sim_can_bus *bus,
                     const struct sim_cia402_config *config);
 void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault);
-/* Digital inputs as 0x60FD shows them, beside the rail's: bit 0 negative limit,
- * 1 positive limit, 2 home, 16-31 maker; 16 is the touch probe. */
-void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs);
-
 /* The dictionary as an EDS file, the same for every such drive. */
 void sim_cia402_write_eds(FILE *file);
 

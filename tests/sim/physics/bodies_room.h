@@ -5,6 +5,7 @@
 
 #include "motion/core/err.h"
 #include "sim/physics/bodies.h"
+#include "tests/sim/oracle.h"
 #include "tests/sim/physics/physics_random.h"
 
 /* Six walls, each so far from the middle. */
@@ -30,17 +31,18 @@ static inline void bodies_throw(struct sim_sphere *sphere, int i, double from_m)
 static inline void bodies_stay_apart(struct sim_bodies *bodies, int round,
                                      int ticks)
 {
-    double energy = sim_bodies_energy_j(bodies);
+    double energy = oracle_bodies_energy_j(bodies);
     for (int tick = 0; tick < ticks; tick++) {
         assert_int_equal(sim_bodies_step(bodies, tick * 1e-3, 1e-3, NULL),
                          MOTION_OK);
         for (int c = 0; c < bodies->contacts; c++) {
-            const double gap = sim_bodies_gap_m(bodies, &bodies->contact[c], 0);
+            const double gap =
+                oracle_bodies_gap_m(bodies, &bodies->contact[c], 0);
             if (!(gap > -1e-6))
                 fail_msg("round %d tick %d pair %d: gap %g", round, tick, c,
                          gap);
         }
-        const double now = sim_bodies_energy_j(bodies);
+        const double now = oracle_bodies_energy_j(bodies);
         if (!(now <= energy + 1e-6))
             fail_msg("round %d tick %d: energy %g to %g", round, tick, energy,
                      now);

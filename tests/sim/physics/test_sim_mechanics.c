@@ -4,6 +4,7 @@
 
 #include "sim/physics/mechanics.h"
 #include "tests/sim/bus/sim_bus.h"
+#include "tests/sim/oracle.h"
 #include "tests/sim/physics/physics_random.h"
 
 #define ONE_Q24 (INT64_C(1) << 24)
@@ -120,11 +121,11 @@ static void no_energy_comes_from_anywhere(void **state)
     build(&rough);
     vel_q24 = 1;
     pull_load(200);
-    double before = sim_drivetrain_energy_j(&mechanics.drive);
+    double before = oracle_drivetrain_energy_j(&mechanics.drive);
     const double begin = before;
     for (unsigned i = 0; i < 200000; i++) {
         step_free();
-        const double now = sim_drivetrain_energy_j(&mechanics.drive);
+        const double now = oracle_drivetrain_energy_j(&mechanics.drive);
         if (now > before + 1e-9 * begin)
             fail_msg("step %u: %.12g, %.12g before", i, now, before);
         before = now;
@@ -299,10 +300,10 @@ static void the_error_of_a_pitch_is_a_sine_of_its_own(void **state)
     build(&screw);
     vel_q24 = 1;
     pull_load(300);
-    const double begin = sim_drivetrain_energy_j(&mechanics.drive);
+    const double begin = oracle_drivetrain_energy_j(&mechanics.drive);
     for (unsigned i = 0; i < 40000; i++) {
         step_free();
-        const double now = sim_drivetrain_energy_j(&mechanics.drive);
+        const double now = oracle_drivetrain_energy_j(&mechanics.drive);
         if (fabs(now / begin - 1) > 1e-5)
             fail_msg("step %u: %.12g, at first %.12g", i, now, begin);
     }

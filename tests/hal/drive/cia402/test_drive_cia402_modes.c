@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "tests/hal/canopen/canopen_bench.h"
+#include "tests/sim/device/cia402/digital_inputs.h"
 
 #include "hal/drive/cia402/drive.h"
 #include "motion/core/fixed.h"
@@ -733,7 +734,7 @@ static void the_probe_tells_where_the_edge_was(void **state)
                      0);
     stream(b, 100, &at);
     assert_false(b->seen.probe_latched);
-    sim_cia402_set_inputs(&b->servo, 1u << 16);
+    digital_inputs_set(&b->servo, 1u << 16);
     edge = servo_counts(b);
     stream(b, 100, &at);
     assert_true(b->seen.probe_latched);
@@ -742,7 +743,7 @@ static void the_probe_tells_where_the_edge_was(void **state)
                      0);
     stream(b, 50, &at);
     assert_false(b->seen.probe_latched);
-    sim_cia402_set_inputs(&b->servo, 0);
+    digital_inputs_set(&b->servo, 0);
     edge = servo_counts(b);
     stream(b, 50, &at);
     assert_true(b->seen.probe_latched);

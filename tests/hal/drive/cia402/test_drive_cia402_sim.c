@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "tests/hal/canopen/canopen_bench.h"
+#include "tests/sim/device/cia402/digital_inputs.h"
 
 #include "hal/drive/cia402/drive.h"
 #include "motion/core/fixed.h"
@@ -426,11 +427,11 @@ static void a_switch_is_heard_while_enabled(void **state)
 
     enable(b);
     assert_false(b->seen[0].limit_positive);
-    sim_cia402_set_inputs(&b->servo[0], 2);
+    digital_inputs_set(&b->servo[0], 2);
     ticks(b, 8);
     assert_true(b->seen[0].limit_positive);
     assert_false(b->seen[0].limit_negative);
-    sim_cia402_set_inputs(&b->servo[0], 0);
+    digital_inputs_set(&b->servo[0], 0);
     ticks(b, 8);
     assert_false(b->seen[0].limit_positive);
 }

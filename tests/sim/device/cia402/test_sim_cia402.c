@@ -1,5 +1,6 @@
 /* tests/sim/device/cia402/test_sim_cia402.c - the simulated drive, seen from
  * its CAN port. */
+#include "tests/sim/device/cia402/digital_inputs.h"
 #include "tests/sim/device/cia402/sim_cia402_bench.h"
 
 /* ---- start, NMT, heartbeat --------------------------------------------- */
@@ -1179,7 +1180,7 @@ static void inputs_show_in_60fd(void **state)
     struct bench *b = booted();
 
     (void)state;
-    sim_cia402_set_inputs(&b->drive, 0x00010003);
+    digital_inputs_set(&b->drive, 0x00010003);
     assert_int_equal(rd(b, 0x60FD, 0), 0x00010003);
     free(b);
 }

@@ -1,5 +1,6 @@
 /* tests/sim/device/cia402/test_sim_cia402_modes.c - the simulated drive in the
  * modes other than CSP, seen from its CAN port. */
+#include "tests/sim/device/cia402/digital_inputs.h"
 #include "tests/sim/device/cia402/sim_cia402_bench.h"
 
 #define REACHED 0x0400u
@@ -514,15 +515,15 @@ static void the_touch_probe_stores_the_first_edge(void **state)
     assert_int_equal(rd(b, 0x60B9, 0), 1);
     for (int i = 0; i < 20; i++)
         cycle(b, 0x0F, target += 100);
-    sim_cia402_set_inputs(&b->drive, 1u << 16);
+    digital_inputs_set(&b->drive, 1u << 16);
     at = here(b);
     for (int i = 0; i < 20; i++)
         cycle(b, 0x0F, target += 100);
     assert_int_equal(rd(b, 0x60B9, 0), 3);
     assert_in_range((int32_t)rd(b, 0x60BA, 0), at - 2, at + 2);
-    sim_cia402_set_inputs(&b->drive, 0);
+    digital_inputs_set(&b->drive, 0);
     cycle(b, 0x0F, target);
-    sim_cia402_set_inputs(&b->drive, 1u << 16); /* not the first */
+    digital_inputs_set(&b->drive, 1u << 16); /* not the first */
     cycle(b, 0x0F, target);
     assert_in_range((int32_t)rd(b, 0x60BA, 0), at - 2, at + 2);
     assert_int_equal(rd(b, 0x60B9, 0), 3); /* falling was not asked for */
