@@ -108,18 +108,4 @@ extern const struct motion_carrier_kind motion_carrier_rail;
 extern const struct motion_carrier_kind motion_carrier_gantry;
 extern const struct motion_carrier_kind motion_carrier_jib;
 
-/* Of a carrier with one linear axis: the position at which the pivot, moved by
- * `beside`, is `radius` from a point, or from the vertical through it.  Of the
- * two the one nearest to *near_q32, without it the lower one.
- * MOTION_E_UNREACHABLE, MOTION_E_SINGULAR where every position does, else
- * MOTION_E_ARG for another carrier or MOTION_E_RANGE. */
-struct motion_slide_demand {
-    struct motion_vec beside, point;
-    bool is_vertical;
-    struct motion_real radius;
-};
-int motion_carrier_slide(const struct motion_carrier *carrier,
-                         const struct motion_slide_demand *demand,
-                         const int64_t *near_q32, int64_t *slide_q32);
-
 #endif

@@ -23,7 +23,7 @@ void vectors_sheet_axes(const struct sheet *sheet,
 struct answer {
     int64_t axis_q32[RIG_AXES_MAX];
     struct motion_camera camera; /* or the flange */
-    struct motion_real distance, depth;
+    double distance, depth;
     int64_t focal_q32;
 };
 

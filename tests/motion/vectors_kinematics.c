@@ -58,9 +58,9 @@ static bool judge_column(const struct vectors_rig *rig, const char *name,
             return true; /* judged together */
     }
     if (strcmp(name, "distance") == 0)
-        vectors_worst(&worst->mm, fabs(vectors_double(got->distance) - want));
+        vectors_worst(&worst->mm, fabs(got->distance - want));
     else if (strcmp(name, "depth") == 0)
-        vectors_worst(&worst->mm, fabs(vectors_double(got->depth) - want));
+        vectors_worst(&worst->mm, fabs(got->depth - want));
     else if (strcmp(name, "focal") == 0)
         vectors_worst(&worst->mm, fabs(from_q32(got->focal_q32) - want));
     else

@@ -225,7 +225,6 @@ static bool read_zoom(const cJSON *item, struct vectors_rig *rig)
     double limit[2];
 
     rig->has_zoom = true;
-    rig->zoom.camera = &rig->camera;
     if (!vectors_numbers(vectors_get(item, "focal_limits"), 2, limit))
         return false;
     rig->zoom.focal_min_q32 = vectors_q32(limit[0]);
@@ -251,11 +250,15 @@ static bool read_camera(const cJSON *item, struct vectors_rig *rig)
 
 static bool read_table(const cJSON *item, struct vectors_rig *rig)
 {
+    double centre[3];
+
     rig->sort = RIG_TABLE;
-    rig->table.camera = &rig->camera;
     add_axis(rig, "table", false);
-    return read_vec(item, "centre", &rig->table.centre) &&
-           read_vec(item, "subject", &rig->table.subject) &&
+    if (!vectors_numbers(vectors_get(item, "centre"), 3, centre))
+        return false;
+    for (int i = 0; i < 3; i++)
+        rig->table.centre_q32[i] = vectors_q32(centre[i]);
+    return read_vec(item, "subject", &rig->on_table) &&
            read_camera(vectors_get(item, "camera"), rig);
 }
 

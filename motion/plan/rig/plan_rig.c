@@ -305,8 +305,17 @@ static bool rig_leg(struct plan_jet square, struct plan_jet leg,
     return true;
 }
 
-/* motion/kinematics/pan_tilt.c has the formulas, upright and the subject before
- * the pivot. */
+/* Tracking in closed form.  With roll given, the pupil is at (n, l, u) from the
+ * pivot in the frame that tilts (forward, left, up) and the view runs along its
+ * first axis, so a subject at distance t is at v = (n + t, l, u) there and at
+ * d = Rz(pan) Ry(-tilt) v in the mount.  Then
+ *
+ *     |d|^2 = X^2 + l^2 + u^2                       X = n + t
+ *     d_up  = A sin(tilt + phi)                     X = A cos phi, u = A sin phi
+ *     W     = A cos(tilt + phi), W^2 + l^2 = d_forward^2 + d_left^2
+ *     pan   = angle(d_forward, d_left) - angle(W, l)
+ *
+ * with X > 0 (the subject before the pivot) and W > 0 (upright). */
 int plan_rig_look(const struct motion_nodal *nodal,
                   const struct plan_rig_frame *mount, struct plan_jet_vec off,
                   struct plan_jet roll, struct plan_rig_aim *aim)
