@@ -220,14 +220,6 @@ int motion_quat_slerp(struct motion_quat a, struct motion_quat b, int64_t x_q62,
     return motion_quat_slerp_signed(a, b, x_q62, q);
 }
 
-void motion_quat_chain(struct motion_quat *key, uint32_t count)
-{
-    for (uint32_t i = 1; i < count; i++) {
-        if (motion_quat_dot_q62(key[i - 1], key[i]) < 0)
-            key[i] = motion_quat_neg(key[i]);
-    }
-}
-
 /* The chord from key i to its neighbour, from the body at i. */
 static int quat_turn(const struct motion_quat *key, uint32_t i, uint32_t to,
                      struct motion_vec *turn)

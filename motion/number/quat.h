@@ -62,11 +62,8 @@ int motion_quat_slerp(struct motion_quat a, struct motion_quat b, int64_t x_q62,
 int motion_quat_slerp_signed(struct motion_quat a, struct motion_quat b,
                              int64_t x_q62, struct motion_quat *q);
 
-/* Turn signs so that every key is nearer to the one before than to its
- * opposite. */
-void motion_quat_chain(struct motion_quat *key, uint32_t count);
-
-/* Inner points of squad for a chain of keys (above):
+/* Inner points of squad for a chain of keys, each nearer to the one before than its
+ * opposite is:
  *   s_i = q_i exp(-(log(q_i* q_i+1) + log(q_i* q_i-1)) / 4),
  * the first and last key themselves.  MOTION_E_EMPTY for no key. */
 int motion_quat_squad_inner(const struct motion_quat *key, uint32_t count,

@@ -4,7 +4,6 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-#define VEC_ONE_Q62      ((int64_t)1 << 62)
 #define VEC_PARALLEL_Q62 ((int64_t)1 << 32)
 
 struct motion_vec motion_vec_zero(void)

@@ -120,10 +120,6 @@ int motion_arclen_build(struct motion_arclen_table *table,
                         struct motion_real tolerance,
                         struct motion_arclen_row *row, uint32_t capacity);
 
-/* Length from the start to x of a piece. */
-struct motion_real motion_arclen_length(const struct motion_arclen_table *table,
-                                        uint32_t piece, struct motion_real x);
-
 struct motion_arclen_place {
     uint32_t piece;
     struct motion_real x;

@@ -332,18 +332,6 @@ static uint32_t arclen_search(const struct motion_arclen_table *table,
     return low;
 }
 
-struct motion_real motion_arclen_length(const struct motion_arclen_table *table,
-                                        uint32_t piece, struct motion_real x)
-{
-    const struct motion_arclen_row *row =
-        &table->row[arclen_search(table, piece, x, arclen_cmp_x)];
-
-    if (row->piece != piece || motion_real_cmp(x, row->x) <= 0)
-        return row->s;
-    return motion_real_add(row->s, arclen_gauss(table->curve, piece, row->x,
-                                                motion_real_sub(x, row->x)));
-}
-
 struct motion_real motion_arclen_border(const struct motion_arclen_table *table,
                                         uint32_t piece)
 {

@@ -242,15 +242,6 @@ static int lookat_frame(const struct motion_lookat *lookat,
     return MOTION_OK;
 }
 
-int motion_lookat_frame(const struct motion_lookat *lookat,
-                        struct motion_lookat_state *state,
-                        struct motion_vec pos, struct motion_vec coi,
-                        int64_t tilt_turn, struct motion_view *view)
-{
-    return lookat_frame(lookat, state, motion_vec_sub(coi, pos), tilt_turn,
-                        view);
-}
-
 int motion_lookat_at(const struct motion_lookat *lookat,
                      struct motion_lookat_state *state,
                      const struct motion_target *target,

@@ -105,20 +105,14 @@ struct motion_lookat_state {
     bool inverted; /* it went over the pole */
 };
 
-/* The frame of a camera at `pos` that looks at `coi`, turned about the view by
- * `tilt` (clockwise as the camera sees it; trig.h).  Within 2^-20 rad of the
- * vertical the right vector is the last one's.  Two frames in a row whose views
- * are on either side of the vertical, less than a quarter turn apart and in one
- * plane with it within 2^-20 rad, went over the pole.  MOTION_E_RANGE when pos
- * and coi are the same point, MOTION_E_ARG when `ahead` is needed and parallel
- * to up; the state is unchanged then. */
-int motion_lookat_frame(const struct motion_lookat *lookat,
-                        struct motion_lookat_state *state,
-                        struct motion_vec pos, struct motion_vec coi,
-                        int64_t tilt_turn, struct motion_view *view);
-
-/* Both in one: the frame at a distance along the path.  Where an AHEAD target
- * is the camera's own place (HOLD, at the end), it looks along the tangent. */
+/* The frame of a camera at a distance along the path that looks at the target,
+ * turned about the view by `tilt` (clockwise as the camera sees it; trig.h).
+ * Within 2^-20 rad of the vertical the right vector is the last one's.  Two frames
+ * in a row whose views are on either side of the vertical, less than a quarter turn
+ * apart and in one plane with it within 2^-20 rad, went over the pole.  Where an
+ * AHEAD target is the camera's own place (HOLD, at the end), it looks along the
+ * tangent.  MOTION_E_RANGE in the target, MOTION_E_ARG when `ahead` is needed and
+ * parallel to up, or an error of motion_target_at; the state is unchanged then. */
 int motion_lookat_at(const struct motion_lookat *lookat,
                      struct motion_lookat_state *state,
                      const struct motion_target *target,

@@ -352,88 +352,23 @@ int motion_rotspline_plan(struct motion_rotspline *spline,
     return err;
 }
 
-static uint32_t rotspline_find(const struct motion_rotspline *spline, int64_t t)
-{
-    return motion_interval_find(&spline->key->t_ns_q12, sizeof *spline->key,
-                                spline->count - 1, t);
-}
-
-/* r, r', r'' of the cubic at the part u of a span: with c = r at the end,
- * d = T w0 and e = T r'(T),
+/* With c = r at the end, d = T w0 and e = T r'(T),
  * r = d u + (3c - 2d - e) u^2 + (d + e - 2c) u^3. */
-static void rotspline_cubic(const struct motion_rotkey *key,
-                            struct motion_real u, struct motion_vec r[3])
+struct motion_quat motion_rotspline_within(const struct motion_rotkey *span,
+                                           int64_t u_q62)
 {
-    const struct motion_real per_s =
-        motion_real_div(motion_real_int(1), key->dur_s);
-    const struct motion_vec c = key->chord;
-    const struct motion_vec d = motion_vec_scale(key->rate, key->dur_s);
-    const struct motion_vec e = motion_vec_scale(key->end_rate, key->dur_s);
+    const struct motion_real u = motion_real_from_q(u_q62, 62);
+    const struct motion_vec c = span->chord;
+    const struct motion_vec d = motion_vec_scale(span->rate, span->dur_s);
+    const struct motion_vec e = motion_vec_scale(span->end_rate, span->dur_s);
     const struct motion_vec three =
         motion_vec_sub(motion_vec_add(d, e), motion_vec_shift(c, 1));
     const struct motion_vec two = motion_vec_sub(motion_vec_sub(c, d), three);
-    const struct motion_vec six = motion_vec_scale(three, motion_real_int(6));
-
-    r[0] = motion_vec_scale(
+    const struct motion_vec r = motion_vec_scale(
         motion_vec_add(
             d, motion_vec_scale(motion_vec_add(two, motion_vec_scale(three, u)),
                                 u)),
         u);
-    r[2] = motion_vec_add(motion_vec_shift(two, 1), motion_vec_scale(six, u));
-    /* r' = d + u (r'' + 2 two) / 2 */
-    r[1] = motion_vec_add(
-        d,
-        motion_vec_scale(motion_vec_add(motion_vec_shift(r[2], -1), two), u));
-    r[1] = motion_vec_scale(r[1], per_s);
-    r[2] = motion_vec_scale(r[2], motion_real_mul(per_s, per_s));
-}
 
-static void rotspline_rest(struct motion_vec *rate, struct motion_vec *acc)
-{
-    if (rate != NULL)
-        *rate = motion_vec_zero();
-    if (acc != NULL)
-        *acc = motion_vec_zero();
-}
-
-void motion_rotspline_at(const struct motion_rotspline *spline,
-                         int64_t t_ns_q12, struct motion_quat *q,
-                         struct motion_vec *rate, struct motion_vec *acc)
-{
-    const struct motion_rotkey *const key = spline->key;
-    const struct motion_rotkey *const last = &key[spline->count - 1];
-    struct motion_vec r[3];
-    struct motion_real to_rate[2], extra[3];
-
-    if (t_ns_q12 < key->t_ns_q12 || t_ns_q12 > last->t_ns_q12 ||
-        spline->count < 2) {
-        *q = t_ns_q12 <= key->t_ns_q12 ? key->q : last->q;
-        rotspline_rest(rate, acc);
-        return;
-    }
-    const struct motion_rotkey *const span =
-        &key[rotspline_find(spline, t_ns_q12)];
-    rotspline_cubic(
-        span,
-        motion_real_div(rotspline_seconds(t_ns_q12 - span->t_ns_q12),
-                        span->dur_s),
-        r);
-    *q = motion_quat_mul(span->q, motion_quat_exp(r[0]));
-    if (rate == NULL && acc == NULL)
-        return;
-    rotspline_factors(r[0], to_rate, extra);
-    if (rate != NULL)
-        *rate = rotspline_bend(r[0], r[1], to_rate);
-    if (acc != NULL)
-        *acc = motion_vec_add(rotspline_bend(r[0], r[2], to_rate),
-                              rotspline_extra(r[0], r[1], extra));
-}
-
-struct motion_quat motion_rotspline_within(const struct motion_rotkey *span,
-                                           int64_t u_q62)
-{
-    struct motion_vec r[3];
-
-    rotspline_cubic(span, motion_real_from_q(u_q62, 62), r);
-    return motion_quat_mul(span->q, motion_quat_exp(r[0]));
+    return motion_quat_mul(span->q, motion_quat_exp(r));
 }

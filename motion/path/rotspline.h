@@ -57,12 +57,6 @@ int motion_rotspline_plan(struct motion_rotspline *spline,
                           enum motion_rotspline_end first,
                           enum motion_rotspline_end last, uint32_t rounds);
 
-/* Rotation, angular velocity and acceleration at a time; before the first and
- * after the last key the key itself, at rest.  `rate` and `acc` may be NULL. */
-void motion_rotspline_at(const struct motion_rotspline *spline,
-                         int64_t t_ns_q12, struct motion_quat *q,
-                         struct motion_vec *rate, struct motion_vec *acc);
-
 /* The rotation at the part u = 0 .. 1 of the span that starts at a key. */
 struct motion_quat motion_rotspline_within(const struct motion_rotkey *span,
                                            int64_t u_q62);

@@ -241,6 +241,60 @@ static uint32_t locate(const struct motion_arclen_curve *curve, double u,
     return piece;
 }
 
+/* Simpson's rule with as many panels as it takes: slow, but not the rule that
+ * is judged. */
+static double simpson(const struct motion_arclen_curve *curve, uint32_t piece,
+                      double low, double high)
+{
+    double before = -1, sum = 0;
+
+    for (int n = 4; n <= 4096; n *= 2) {
+        const double h = (high - low) / n;
+        sum = 0;
+        for (int i = 0; i <= n; i++)
+            sum += (i % n == 0 ? 1
+                    : i % 2    ? 4
+                               : 2) *
+                   vectors_double(motion_arclen_speed(
+                       curve, piece, vectors_real(low + h * i)));
+        sum *= h / 3;
+        if (fabs(sum - before) <= 1e-9 * sum)
+            break;
+        before = sum;
+    }
+    return sum;
+}
+
+/* Length of the curve from one place to a later one. */
+static double between(const struct motion_arclen_curve *curve,
+                      const struct motion_arclen_place *a,
+                      const struct motion_arclen_place *b)
+{
+    double sum = 0, low = vectors_double(a->x);
+
+    for (uint32_t k = a->piece; k < b->piece; k++, low = 0)
+        sum += simpson(curve, k, low,
+                       vectors_double(motion_real_sub(curve->border[k + 1],
+                                                      curve->border[k])));
+    return sum + simpson(curve, b->piece, low, vectors_double(b->x));
+}
+
+/* Where the inverse is at the length that a parameter has: how far from it, along
+ * the curve. */
+static double length_off(const struct motion_arclen_table *table, double u,
+                         double s)
+{
+    struct motion_arclen_place want, got;
+
+    want.piece = locate(table->curve, u, &want.x);
+    motion_arclen_find(table, vectors_real(s), &got);
+    const bool is_before =
+        got.piece < want.piece ||
+        (got.piece == want.piece && motion_real_cmp(got.x, want.x) < 0);
+    return between(table->curve, is_before ? &got : &want,
+                   is_before ? &want : &got);
+}
+
 static bool compare_length(const cJSON *json,
                            const struct motion_arclen_table *table,
                            struct vectors_row *out)
@@ -256,15 +310,14 @@ static bool compare_length(const cJSON *json,
     vectors_worst(&out->worst_p,
                   fabs(vectors_double(table->length) - length) / length);
     for (int i = 0; i < n; i++) {
+        const double at = cJSON_GetArrayItem(u, i)->valuedouble,
+                     speed = cJSON_GetArrayItem(v, i)->valuedouble;
         real x;
-        const uint32_t piece =
-            locate(table->curve, cJSON_GetArrayItem(u, i)->valuedouble, &x);
-        const double speed = cJSON_GetArrayItem(v, i)->valuedouble;
+        const uint32_t piece = locate(table->curve, at, &x);
 
         vectors_worst(
             &out->worst_p,
-            fabs(vectors_double(motion_arclen_length(table, piece, x)) -
-                 cJSON_GetArrayItem(s, i)->valuedouble) /
+            length_off(table, at, cJSON_GetArrayItem(s, i)->valuedouble) /
                 length);
         vectors_worst(
             &worst,
@@ -312,44 +365,6 @@ static bool compare_inverse(const cJSON *json,
         vectors_worst(&out->worst_p, fabs(off) / length);
     }
     return true;
-}
-
-/* Simpson's rule with as many panels as it takes: slow, but not the rule that
- * is judged. */
-static double simpson(const struct motion_arclen_curve *curve, uint32_t piece,
-                      double low, double high)
-{
-    double before = -1, sum = 0;
-
-    for (int n = 4; n <= 4096; n *= 2) {
-        const double h = (high - low) / n;
-        sum = 0;
-        for (int i = 0; i <= n; i++)
-            sum += (i % n == 0 ? 1
-                    : i % 2    ? 4
-                               : 2) *
-                   vectors_double(motion_arclen_speed(
-                       curve, piece, vectors_real(low + h * i)));
-        sum *= h / 3;
-        if (fabs(sum - before) <= 1e-9 * sum)
-            break;
-        before = sum;
-    }
-    return sum;
-}
-
-/* Length of the curve from one place to a later one. */
-static double between(const struct motion_arclen_curve *curve,
-                      const struct motion_arclen_place *a,
-                      const struct motion_arclen_place *b)
-{
-    double sum = 0, low = vectors_double(a->x);
-
-    for (uint32_t k = a->piece; k < b->piece; k++, low = 0)
-        sum += simpson(curve, k, low,
-                       vectors_double(motion_real_sub(curve->border[k + 1],
-                                                      curve->border[k])));
-    return sum + simpson(curve, b->piece, low, vectors_double(b->x));
 }
 
 static void compare_even(const struct motion_arclen_table *table,

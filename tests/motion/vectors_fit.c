@@ -1,6 +1,8 @@
 /* tests/motion/vectors_fit.c - peaks of quintic moves, their ratios to the
  * limits and the smallest stretch that fits; a row per group. */
-#include "motion/plan/fit/fit_peak.h"
+#include "motion/core/err.h"
+#include "motion/core/track.h"
+#include "motion/plan/fit/fit.h"
 #include "tests/motion/vectors_json.h"
 
 #define FIT_KEYS_MAX  1000
@@ -27,22 +29,95 @@ static bool read_case(const cJSON *item, struct fit_case *at)
            vectors_numbers(vectors_get(item, "a"), at->keys, at->a);
 }
 
+/* --- a quintic in the formats of the core -------------------------------------- *
+ *
+ * The units: time so that it takes 64 to 128 s, whose step of 2^-12 ns is 4e-15 of
+ * it; position so that displacement, v T and a T^2 are at most 2^28.  Then v is at
+ * most 2^22 a unit/s or so, a 2^16 and jerk 2^16, in steps of 2^-32. */
+
+#define FIT_TIME_BITS 7
+#define FIT_SIZE_BITS 28
+
+struct quintic {
+    struct motion_segment segment;
+    int time, size; /* times are multiplied by 2^time, positions by 2^size */
+};
+
+static int64_t to_q32(double value, int bits)
+{
+    return (int64_t)llround(ldexp(value, bits + 32));
+}
+
+static bool quintic_of(const struct fit_case *at, int k, struct quintic *to)
+{
+    const double dur_s = at->t[k + 1] - at->t[k],
+                 displacement = at->p[k + 1] - at->p[k];
+    double size = fabs(displacement);
+    struct motion_track track;
+
+    for (int i = k; i <= k + 1; i++)
+        size = fmax(
+            size, fmax(fabs(at->v[i]) * dur_s, fabs(at->a[i]) * dur_s * dur_s));
+    (void)frexp(dur_s, &to->time);
+    (void)frexp(size, &to->size);
+    to->time = FIT_TIME_BITS - to->time;
+    to->size = FIT_SIZE_BITS - to->size;
+    const struct motion_state start = {
+        .vel_q32 = to_q32(at->v[k], to->size - to->time),
+        .acc_q32 = to_q32(at->a[k], to->size - 2 * to->time),
+    };
+    const struct motion_state end = {
+        .pos_q32 = to_q32(displacement, to->size),
+        .vel_q32 = to_q32(at->v[k + 1], to->size - to->time),
+        .acc_q32 = to_q32(at->a[k + 1], to->size - 2 * to->time),
+    };
+    motion_track_init(&track, &to->segment, 1, 0);
+    return motion_track_append_quintic(
+               &track,
+               llround(ldexp(dur_s, to->time) * (double)MOTION_FIXED_S_Q12),
+               &start, &end) == MOTION_OK;
+}
+
 static bool peaks_of(const struct fit_case *at, double peak[])
 {
     for (int i = 0; i < PLAN_FIT_ORDERS; i++)
         peak[i] = 0;
     for (int k = 0; k + 1 < at->keys; k++) {
-        const struct plan_fit_quintic quintic = {
-            .dur_s = at->t[k + 1] - at->t[k],
-            .displacement = at->p[k + 1] - at->p[k],
-            .vel = { at->v[k], at->v[k + 1] },
-            .acc = { at->a[k], at->a[k + 1] },
-        };
-        double of[PLAN_FIT_ORDERS];
-        if (plan_fit_quintic_peaks(&quintic, of) < 0)
+        struct motion_extreme extreme[MOTION_JERK + 1];
+        struct quintic quintic;
+        if (!quintic_of(at, k, &quintic))
             return false;
-        for (int i = 0; i < PLAN_FIT_ORDERS; i++)
-            peak[i] = fmax(peak[i], of[i]);
+        motion_segment_extremes(&quintic.segment, extreme);
+        for (int i = 0; i < PLAN_FIT_ORDERS; i++) {
+            const struct motion_extreme *const of = &extreme[MOTION_VEL + i];
+            const double most =
+                fmax(fabs((double)of->min), fabs((double)of->max));
+            peak[i] = fmax(peak[i], ldexp(most, -32 - quintic.size +
+                                                    (i + 1) * quintic.time));
+        }
+    }
+    return true;
+}
+
+/* What slew fit says of the spans; at least 1. */
+static bool need_of(const struct fit_case *at, struct plan_fit_need *worst)
+{
+    *worst = (struct plan_fit_need){ 1, 0 };
+    for (int k = 0; k + 1 < at->keys; k++) {
+        struct quintic quintic;
+        if (!quintic_of(at, k, &quintic))
+            return false;
+        const int size = quintic.size, time = quintic.time;
+        const struct plan_limit limit = {
+            .vel_q32 = to_q32(at->limit[0], size - time),
+            .acc_q32 = to_q32(at->limit[1], size - 2 * time),
+            .jerk_q32 = to_q32(at->limit[2], size - 3 * time),
+        };
+        const struct motion_track track = { .segment = &quintic.segment,
+                                            .count = 1 };
+        const struct plan_fit_need need = plan_fit_track_need(&track, &limit);
+        if (need.stretch > worst->stretch)
+            *worst = need;
     }
     return true;
 }
@@ -75,9 +150,9 @@ static bool run_case(const cJSON *item, struct vectors_row *row)
     struct fit_case at;
     double peak[PLAN_FIT_ORDERS], want[PLAN_FIT_ORDERS], ratio[PLAN_FIT_ORDERS],
         want_ratio[PLAN_FIT_ORDERS];
-    unsigned decided;
+    struct plan_fit_need need;
 
-    if (!read_case(item, &at) || !peaks_of(&at, peak) ||
+    if (!read_case(item, &at) || !peaks_of(&at, peak) || !need_of(&at, &need) ||
         !vectors_numbers(vectors_get(item, "peak"), PLAN_FIT_ORDERS, want) ||
         !vectors_numbers(vectors_get(item, "ratio"), PLAN_FIT_ORDERS,
                          want_ratio))
@@ -87,13 +162,13 @@ static bool run_case(const cJSON *item, struct vectors_row *row)
         vectors_worst(&row->worst_p, relative(peak[i], want[i]));
         vectors_worst(&row->worst_v, relative(ratio[i], want_ratio[i]));
     }
-    const double stretch = plan_fit_stretch(ratio, &decided);
     vectors_worst(&row->worst_a,
-                  relative(stretch, vectors_value_of(item, "stretch")));
-    if (strcmp(order[decided], vectors_text(item, "decided_by")) != 0 ||
-        !stretched_fits(&at, stretch)) {
+                  relative(need.stretch, vectors_value_of(item, "stretch")));
+    if (strcmp(order[need.decided_by], vectors_text(item, "decided_by")) != 0 ||
+        !stretched_fits(&at, need.stretch)) {
         fprintf(stderr, "%s: decided by %s; a stretch of %.17g\n",
-                vectors_text(item, "name"), order[decided], stretch);
+                vectors_text(item, "name"), order[need.decided_by],
+                need.stretch);
         row->pass = false;
     }
     row->cases++;

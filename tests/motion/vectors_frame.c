@@ -6,7 +6,7 @@
 #include "motion/path/arclen.h"
 #include "motion/path/frame.h"
 #include "motion/path/lookat.h"
-#include "motion/path/polycurve.h"
+#include "tests/motion/path/frame_walk.h"
 #include "tests/motion/vectors_json.h"
 
 #define ROWS_MAX    256
@@ -37,9 +37,16 @@ struct waves {
     double slope[3];
 };
 
+/* Over border[i] .. border[i + 1], with w = 0 .. 1: the sum of coef[i][k] w^k. */
+struct poly {
+    const int64_t *border;         /* pieces + 1 */
+    const struct motion_vec *coef; /* pieces x (degree + 1) */
+    uint32_t pieces, degree;
+};
+
 struct shape {
-    struct motion_curve curve;
-    struct motion_polycurve poly;
+    struct frame_curve curve;
+    struct poly poly;
     struct waves waves;
     int64_t border[PIECES_MAX + 1];
     struct motion_vec coef[COEFS_MAX];
@@ -124,6 +131,39 @@ static bool read_waves(const cJSON *item, const char *kind, struct shape *shape)
     return true;
 }
 
+/* Horner's scheme for the value and its derivatives / k!: each one takes the
+ * one below before that is multiplied on. */
+static int poly_at(const void *context, int64_t u, int order,
+                   struct motion_curve_point *point)
+{
+    const struct poly *const poly = context;
+    const struct motion_vec *coef = poly->coef;
+    const int64_t *border = poly->border;
+    struct motion_vec d[4];
+    (void)order;
+
+    for (; border + 2 <= poly->border + poly->pieces && u >= border[1];
+         border++)
+        coef += poly->degree + 1;
+    const struct motion_real w =
+        motion_real_div(motion_real_from_q(u - border[0], U_BITS),
+                        motion_real_from_q(border[1] - border[0], U_BITS));
+    for (int i = 0; i < 4; i++)
+        d[i] = motion_vec_zero();
+    for (uint32_t k = poly->degree + 1; k-- > 0;) {
+        for (int i = 3; i > 0; i--)
+            d[i] = motion_vec_add(motion_vec_scale(d[i], w), d[i - 1]);
+        d[0] = motion_vec_add(motion_vec_scale(d[0], w), coef[k]);
+    }
+    *point = (struct motion_curve_point){
+        .pos = d[0],
+        .d1 = d[1],
+        .d2 = motion_vec_shift(d[2], 1),
+        .d3 = motion_vec_scale(d[3], motion_real_int(6)),
+    };
+    return MOTION_OK;
+}
+
 /* Coefficients of (u - border)^k become those of w^k. */
 static bool read_piece(const cJSON *axes, double width, uint32_t degree,
                        struct motion_vec *coef)
@@ -170,9 +210,12 @@ static bool read_poly(const cJSON *item, struct shape *shape)
                         degree, &shape->coef[(uint32_t)i * (degree + 1)]))
             return false;
     }
-    shape->poly = (struct motion_polycurve){ shape->border, shape->coef,
-                                             (uint32_t)pieces, degree };
-    return motion_polycurve_init(&shape->curve, &shape->poly) == MOTION_OK;
+    shape->poly =
+        (struct poly){ shape->border, shape->coef, (uint32_t)pieces, degree };
+    shape->curve =
+        (struct frame_curve){ poly_at, &shape->poly, shape->border[0],
+                              shape->border[pieces] };
+    return true;
 }
 
 /* Reads into static storage, so at most as many shapes as are named. */
@@ -254,11 +297,7 @@ static bool tangent_rows(const struct frame_case *c, struct vectors_row *row)
         struct motion_dir tangent;
 
         if (!item_vec(p, i, a) || !item_vec(t, i, b) ||
-            c->shape.curve.at(c->shape.curve.context, c->u[i], 3, &point) < 0 ||
-            motion_frame_tangent(&point,
-                                 i + 1 < c->rows ? MOTION_FRAME_AFTER
-                                                 : MOTION_FRAME_BEFORE,
-                                 &tangent) < 0)
+            frame_tangent(&c->shape.curve, c->u[i], &point, &tangent) < 0)
             return false;
         vectors_worst(&row->worst_v, dir_error(tangent, b));
         for (int k = 0; k < 3; k++)
@@ -346,8 +385,8 @@ static bool reflection_rows(const struct frame_case *c, struct vectors_row *row)
     struct motion_frame frame[ROWS_MAX];
 
     return first_frame(c, r, &frame[0]) &&
-           motion_frame_table(&c->shape.curve, c->u, (uint32_t)c->rows,
-                              frame) == MOTION_OK &&
+           frame_table(&c->shape.curve, c->u, (uint32_t)c->rows, frame) ==
+               MOTION_OK &&
            compare_r(c, r, frame, row);
 }
 
@@ -360,8 +399,7 @@ static bool exact_frames(const struct frame_case *c, struct motion_frame *frame)
         return false;
     for (int i = 1; i < c->rows; i++) {
         frame[i] = frame[i - 1];
-        if (motion_frame_carry(&c->shape.curve, c->u[i - 1], c->u[i],
-                               (int64_t)1 << (62 - 34), &frame[i]) < 0)
+        if (frame_carry(&c->shape.curve, c->u[i - 1], c->u[i], &frame[i]) < 0)
             return false;
     }
     return true;
@@ -383,13 +421,13 @@ static bool closed_rows(const struct frame_case *c, struct vectors_row *row)
     const cJSON *const want =
         cJSON_GetObjectItemCaseSensitive(c->item, "closed_twist_rad");
     struct motion_frame frame[ROWS_MAX];
-    int64_t twist;
 
     if (cJSON_IsNull(want))
         return true;
-    if (!exact_frames(c, frame) ||
-        motion_frame_close(frame, NULL, (uint32_t)c->rows, &twist) < 0)
+    if (!exact_frames(c, frame))
         return false;
+    const int64_t twist = motion_frame_twist(&frame[0], &frame[c->rows - 1]);
+    motion_frame_turn(&frame[c->rows - 1], motion_trig_diff(0, twist));
     vectors_worst(&row->worst_p, fabs(vectors_double(motion_trig_rad(twist)) -
                                       want->valuedouble));
     for (int i = 0; i < 3; i++)
@@ -456,7 +494,7 @@ struct length {
 static int64_t length_u(const struct length *length, uint32_t piece,
                         struct motion_real x)
 {
-    const struct motion_curve *const curve = &length->shape->curve;
+    const struct frame_curve *const curve = &length->shape->curve;
     const int64_t *const border = length->shape->border;
     int64_t first = curve->first, last = curve->last, u;
 
@@ -488,7 +526,7 @@ static void length_waves_at(const void *context, uint32_t piece,
 
 static void length_of_waves(struct length *length)
 {
-    const struct motion_curve *const curve = &length->shape->curve;
+    const struct frame_curve *const curve = &length->shape->curve;
 
     length->border[0] = motion_real_from_q(curve->first, U_BITS);
     length->border[1] = motion_real_from_q(curve->last, U_BITS);
@@ -498,7 +536,7 @@ static void length_of_waves(struct length *length)
 
 static void length_of_poly(struct length *length)
 {
-    const struct motion_polycurve *const poly = &length->shape->poly;
+    const struct poly *const poly = &length->shape->poly;
     const uint32_t size = poly->degree + 1;
 
     for (uint32_t i = 0; i <= poly->pieces; i++)
@@ -529,21 +567,18 @@ static int path_at(const void *context, int64_t distance_q32,
                    struct motion_vec *pos, struct motion_dir *tangent)
 {
     const struct length *const length = context;
-    const struct motion_curve *const curve = &length->shape->curve;
+    const struct frame_curve *const curve = &length->shape->curve;
     struct motion_arclen_place place;
     struct motion_curve_point point;
+    struct motion_dir along;
     int64_t u;
     int err;
 
     motion_arclen_find(&length->table, motion_real_from_q(distance_q32, 32),
                        &place);
     u = length_u(length, place.piece, place.x);
-    err = curve->at(curve->context, u, 3, &point);
+    err = frame_tangent(curve, u, &point, tangent != NULL ? tangent : &along);
     *pos = point.pos;
-    if (err == MOTION_OK && tangent != NULL)
-        err = motion_frame_tangent(
-            &point, u == curve->last ? MOTION_FRAME_BEFORE : MOTION_FRAME_AFTER,
-            tangent);
     return err;
 }
 

@@ -4,6 +4,7 @@
 #include "motion/core/err.h"
 #include "motion/number/quat.h"
 #include "motion/path/rotspline.h"
+#include "tests/motion/path/rotspline_at.h"
 #include "tests/motion/vectors_json.h"
 
 #define KEYS_MAX 64
@@ -85,7 +86,9 @@ static bool squad_case(const cJSON *item, struct vectors_row *row)
     if (n < 2 ||
         read_quats(cJSON_GetObjectItemCaseSensitive(item, "inner"), want) != n)
         return false;
-    motion_quat_chain(key, (uint32_t)n);
+    for (int i = 1; i < n; i++)
+        if (motion_quat_dot_q62(key[i - 1], key[i]) < 0)
+            key[i] = motion_quat_neg(key[i]);
     if (motion_quat_squad_inner(key, (uint32_t)n, inner) < 0)
         return false;
     for (int i = 0; i < n; i++) {
@@ -177,8 +180,7 @@ static bool rotation_spline_case(const cJSON *item, struct vectors_row *row)
             !vectors_numbers(cJSON_GetArrayItem(omega, i), 3, v) ||
             !vectors_numbers(cJSON_GetArrayItem(alpha, i), 3, w))
             return false;
-        motion_rotspline_at(&spline, (int64_t)llrint(at * 4096e9), &q, &rate,
-                            &acc);
+        rotspline_at(&spline, (int64_t)llrint(at * 4096e9), &q, &rate, &acc);
         vectors_worst(&row->worst_p, quat_error(q, a));
         vectors_worst(&row->worst_v, vec_error(rate, v) / largest(omega));
         vectors_worst(&row->worst_a, vec_error(acc, w) / largest(alpha));

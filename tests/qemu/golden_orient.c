@@ -6,11 +6,12 @@
 
 #include "motion/core/err.h"
 #include "motion/number/trig.h"
+#include "motion/path/frame.h"
 #include "motion/path/head.h"
 #include "motion/path/lookat.h"
 #include "motion/path/orient.h"
-#include "motion/path/polycurve.h"
 #include "motion/path/rotspline.h"
+#include "tests/motion/path/lookat_point.h"
 #include "tests/qemu/golden_tools.h"
 
 #define ONE    ((int64_t)1 << 62)
@@ -80,9 +81,11 @@ static void golden_quats(void)
     struct motion_quat key[KEYS], inner[KEYS], q = MOTION_QUAT_ONE;
 
     for (int round = 0; round < 10; round++) {
-        for (int i = 0; i < KEYS; i++)
+        for (int i = 0; i < KEYS; i++) {
             key[i] = golden_quat();
-        motion_quat_chain(key, KEYS);
+            if (i > 0 && motion_quat_dot_q62(key[i - 1], key[i]) < 0)
+                key[i] = motion_quat_neg(key[i]);
+        }
         golden_add(motion_quat_squad_inner(key, KEYS, inner));
         for (int i = 0; i + 1 < KEYS; i++) {
             const int64_t x = golden_any() & (ONE - 1);
@@ -111,15 +114,14 @@ static void golden_plan(struct motion_rotspline *spline)
 static void golden_rotspline(void)
 {
     struct motion_rotspline spline;
-    struct motion_quat q;
-    struct motion_vec rate, acc;
 
     golden_plan(&spline);
-    for (int i = 0; i < 20; i++) {
-        motion_rotspline_at(&spline, SECOND / 4 * i, &q, &rate, &acc);
-        golden_add_quat(q);
-        golden_add_vec(rate);
-        golden_add_vec(acc);
+    for (int i = 0; i + 1 < KEYS; i++) {
+        golden_add_vec(golden_key[i].rate);
+        golden_add_vec(golden_key[i].end_rate);
+        for (int k = 0; k <= 4; k++)
+            golden_add_quat(
+                motion_rotspline_within(&spline.key[i], ONE / 4 * k));
     }
 }
 
@@ -147,29 +149,51 @@ static void golden_turns(void)
     }
 }
 
+/* P and its derivatives of a cubic: Horner's scheme, divided by k!. */
+static void golden_cubic(const struct motion_vec coef[4], int64_t u_q62,
+                         struct motion_curve_point *point)
+{
+    const struct motion_real u = motion_real_from_q(u_q62, 62);
+    struct motion_vec d[4];
+
+    for (int i = 0; i < 4; i++)
+        d[i] = motion_vec_zero();
+    for (int k = 4; k-- > 0;) {
+        for (int i = 3; i > 0; i--)
+            d[i] = motion_vec_add(motion_vec_scale(d[i], u), d[i - 1]);
+        d[0] = motion_vec_add(motion_vec_scale(d[0], u), coef[k]);
+    }
+    *point = (struct motion_curve_point){ d[0], d[1], motion_vec_shift(d[2], 1),
+                                          motion_vec_scale(
+                                              d[3], motion_real_int(6)) };
+}
+
 static void golden_frames(void)
 {
-    static const int64_t border[2] = { 0, 1 << 20 };
-    struct motion_vec coef[4];
-    const struct motion_polycurve poly = { border, coef, 1, 3 };
-    struct motion_curve curve = { NULL, NULL, 0, 0 };
-    struct motion_curve_point point;
-    struct motion_frenet frenet;
     struct motion_frame frame = { .r = { { ONE, 0, 0 } } };
+    struct motion_curve_point before, point;
+    struct motion_frenet frenet;
+    struct motion_vec coef[4];
+    struct motion_dir t = { { 0, 0, 0 } };
 
     for (int i = 0; i < 4; i++)
         coef[i] = golden_vec(28);
-    golden_add(motion_polycurve_init(&curve, &poly));
     for (int i = 0; i <= 16; i++) {
-        golden_add(curve.at(curve.context, i << 16, 3, &point));
+        golden_cubic(coef, ONE / 16 * i, &point);
         golden_add(motion_frame_frenet(&point, &frenet));
         golden_add_dir(frenet.n);
         golden_add_real(frenet.curvature);
         golden_add_real(frenet.torsion);
+        golden_add(motion_vec_unit(point.d1, &t));
+        if (i == 0)
+            golden_add(motion_frame_start(t, frame.r, &frame));
+        else
+            golden_add(motion_frame_step(
+                &frame, motion_vec_sub(point.pos, before.pos), t, &frame));
+        golden_add_dir(frame.r);
+        golden_add_dir(frame.s);
+        before = point;
     }
-    golden_add(motion_frame_carry(&curve, 0, 1 << 16, ONE >> 20, &frame));
-    golden_add_dir(frame.r);
-    golden_add_dir(frame.s);
 }
 
 static void golden_lookat(void)
@@ -185,7 +209,7 @@ static void golden_lookat(void)
         const struct motion_vec pos = golden_vec(20);
         const struct motion_vec coi = golden_vec(20);
         const int64_t tilt = golden_any();
-        golden_add(motion_lookat_frame(&lookat, &state, pos, coi, tilt, &view));
+        golden_add(lookat_point(&lookat, &state, pos, coi, tilt, &view));
         golden_add_dir(view.right);
         golden_add_dir(view.up);
         golden_add_dir(view.view);

@@ -22,14 +22,15 @@
 #ifndef MOTION_PLAN_FIT_FIT_H
 #define MOTION_PLAN_FIT_FIT_H
 
-#include "motion/plan/fit/fit_peak.h"
 #include "motion/plan/move.h"
 
+#define PLAN_FIT_ORDERS      3 /* velocity, acceleration, jerk: order - 1 */
 #define PLAN_FIT_ROUNDS      60
 #define PLAN_FIT_STRETCH_MAX 1e4 /* more than that is refused */
 
 /* --- what is needed -------------------------------------------------------- */
 
+/* Time stretched by s divides velocity by s, acceleration by s^2 and jerk by s^3. */
 struct plan_fit_need {
     double stretch;      /* by which the time fits: the move's limits are met
                             exactly; below 1 where there is time left */

@@ -118,7 +118,10 @@ static int track_try(struct track *track, bool is_over, bool is_behind)
     return MOTION_OK;
 }
 
-/* On the axis of pan: a little aside, where pan was before. */
+/* On the axis of pan there is no answer but beside it, where pan was before: so
+ * far, of the distance. */
+#define ASIDE 1.2e-9
+
 static void track_aside(struct track *track)
 {
     const struct plan_jet length =
@@ -127,7 +130,7 @@ static void track_aside(struct track *track)
 
     plan_jet_vec_swing(&aside, &left, plan_jet_of(track->pan / DEGREES));
     track->off = plan_jet_vec_add(
-        track->off, plan_jet_vec_mul(aside, plan_jet_scale(length, 1.2e-9)));
+        track->off, plan_jet_vec_mul(aside, plan_jet_scale(length, ASIDE)));
 }
 
 int rig_inverse_track(const struct motion_rig *rig, struct motion_vec subject,
@@ -171,8 +174,15 @@ int rig_inverse_track(const struct motion_rig *rig, struct motion_vec subject,
         (void)track_try(&track, way & 1, way & 2);
     if (err < 0 || track.cost < 0)
         return err < 0 ? err : MOTION_E_UNREACHABLE;
-    if (is_pole)
+    if (is_pole) { /* pan keeps, and tilt is as far off again, twice as far */
+        struct track farther = track;
+        farther.cost = -1;
+        track_aside(&farther);
+        for (int way = 0; way < 4; way++)
+            (void)track_try(&farther, way & 1, way & 2);
         track.best[0] = track.pan;
+        track.best[1] += track.best[1] - farther.best[1];
+    }
     for (int i = 0; i < 2; i++)
         axis_q32[carried + (uint32_t)i] = llround(ldexp(
             plan_rig_position(&map[i], plan_jet_of(track.best[i])).p, 32));

@@ -7,6 +7,7 @@
 #include "motion/number/trig.h"
 #include "motion/path/head.h"
 #include "motion/path/rotspline.h"
+#include "tests/motion/path/rotspline_at.h"
 #include "tests/support/check.h"
 
 #define SEED   UINT64_C(20250315)
@@ -223,7 +224,9 @@ static void rig_error(const struct rig *rig, const struct motion_turning *what,
 
 static int spline_at(void *context, int64_t t, struct motion_quat *q)
 {
-    motion_rotspline_at(context, t, q, NULL, NULL);
+    struct motion_vec rate, acc;
+
+    rotspline_at(context, t, q, &rate, &acc);
     return MOTION_OK;
 }
 

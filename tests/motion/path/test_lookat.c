@@ -7,6 +7,7 @@
 #include "motion/core/err.h"
 #include "motion/number/trig.h"
 #include "motion/path/lookat.h"
+#include "tests/motion/path/lookat_point.h"
 #include "tests/support/check.h"
 #include "tests/support/real_double.h"
 
@@ -42,7 +43,7 @@ static void looking_forward_is_the_identity(void **state)
     struct motion_view v;
     (void)state;
     assert_int_equal(
-        motion_lookat_frame(&y_up, &s, point(0, 0, 5), point(0, 0, 1), 0, &v),
+        lookat_point(&y_up, &s, point(0, 0, 5), point(0, 0, 1), 0, &v),
         MOTION_OK);
     assert_true(apart(v.right, 1, 0, 0) < 1e-18L);
     assert_true(apart(v.up, 0, 1, 0) < 1e-18L);
@@ -64,8 +65,8 @@ static void frames_are_level_right_handed_and_of_length_one(void **state)
             p[k] = (int64_t)check_random(&seed) >> 2;
             c[k] = p[k] + ((int64_t)check_random(&seed) >> (2 + small));
         }
-        assert_int_equal(motion_lookat_frame(&y_up, &s, motion_vec_from_q32(p),
-                                             motion_vec_from_q32(c), 0, &v),
+        assert_int_equal(lookat_point(&y_up, &s, motion_vec_from_q32(p),
+                                      motion_vec_from_q32(c), 0, &v),
                          MOTION_OK);
         const long double x = (long double)c[0] - (long double)p[0],
                           y = (long double)c[1] - (long double)p[1],
@@ -89,9 +90,9 @@ static void tilt_is_clockwise(void **state)
     struct motion_view v;
     (void)state;
     for (int i = 0; i < 2; i++) { /* the state is that without tilt */
-        assert_int_equal(motion_lookat_frame(&y_up, &s, point(0, 0, 0),
-                                             point(0, 0, -1),
-                                             MOTION_TRIG_QUARTER_TURN, &v),
+        assert_int_equal(lookat_point(&y_up, &s, point(0, 0, 0),
+                                      point(0, 0, -1), MOTION_TRIG_QUARTER_TURN,
+                                      &v),
                          MOTION_OK);
         assert_true(apart(v.right, 0, -1, 0) < 1e-18L);
         assert_true(apart(v.up, 1, 0, 0) < 1e-18L);
@@ -106,7 +107,7 @@ static void in_the_target_there_is_no_view(void **state)
     memset(&was, 0, sizeof was);
     memset(&s, 0, sizeof s);
     assert_int_equal(
-        motion_lookat_frame(&y_up, &s, point(1, 2, 3), point(1, 2, 3), 0, &v),
+        lookat_point(&y_up, &s, point(1, 2, 3), point(1, 2, 3), 0, &v),
         MOTION_E_RANGE);
     assert_memory_equal(&s, &was, sizeof s);
 }
@@ -124,8 +125,8 @@ static long double fly_over(const struct motion_lookat *lookat,
     long double worst = 1;
 
     for (long double x = -2; x <= 2; x += step) {
-        assert_int_equal(motion_lookat_frame(lookat, &s, point(x, height, off),
-                                             point(0, 0, 0), 0, &v),
+        assert_int_equal(lookat_point(lookat, &s, point(x, height, off),
+                                      point(0, 0, 0), 0, &v),
                          MOTION_OK);
         if (x > -2)
             worst =
@@ -176,11 +177,10 @@ static void turning_round_on_the_level_is_no_way_over_the_top(void **state)
     struct motion_lookat_state s = { .valid = false };
     struct motion_view v;
     (void)state;
-    (void)motion_lookat_frame(&y_up, &s, point(0, 0, 0), point(1, 0.1L, 0), 0,
-                              &v);
-    assert_int_equal(motion_lookat_frame(&y_up, &s, point(0, 0, 0),
-                                         point(-1, 0.1L, 0), 0, &v),
-                     MOTION_OK);
+    (void)lookat_point(&y_up, &s, point(0, 0, 0), point(1, 0.1L, 0), 0, &v);
+    assert_int_equal(
+        lookat_point(&y_up, &s, point(0, 0, 0), point(-1, 0.1L, 0), 0, &v),
+        MOTION_OK);
     assert_true(v.up.q62[1] > 0);
     assert_true(apart(v.right, 0, 0, -1) < 1e-18L);
 }
@@ -192,9 +192,9 @@ static void over_and_back_is_upright_again(void **state)
     struct motion_view v;
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(x); i++) {
-        assert_int_equal(motion_lookat_frame(&y_up, &s, point(x[i], 3, 0),
-                                             point(0, 0, 0), 0, &v),
-                         MOTION_OK);
+        assert_int_equal(
+            lookat_point(&y_up, &s, point(x[i], 3, 0), point(0, 0, 0), 0, &v),
+            MOTION_OK);
         assert_true((v.up.q62[1] < 0) == (x[i] > 0));
     }
 }
@@ -207,16 +207,16 @@ static void a_camera_that_starts_straight_down_faces_ahead(void **state)
     (void)state;
     wrong.ahead = wrong.up;
     assert_int_equal(
-        motion_lookat_frame(&wrong, &s, point(0, 3, 0), point(0, 0, 0), 0, &v),
+        lookat_point(&wrong, &s, point(0, 3, 0), point(0, 0, 0), 0, &v),
         MOTION_E_ARG);
     assert_int_equal(
-        motion_lookat_frame(&y_up, &s, point(0, 3, 0), point(0, 0, 0), 0, &v),
+        lookat_point(&y_up, &s, point(0, 3, 0), point(0, 0, 0), 0, &v),
         MOTION_OK);
     assert_true(apart(v.right, 1, 0, 0) < 1e-18L);
     assert_true(apart(v.up, 0, 0, -1) < 1e-18L);
     /* and comes up to it without a flip */
     assert_int_equal(
-        motion_lookat_frame(&y_up, &s, point(0, 3, 0), point(0, 0, -1), 0, &v),
+        lookat_point(&y_up, &s, point(0, 3, 0), point(0, 0, -1), 0, &v),
         MOTION_OK);
     assert_true(apart(v.right, 1, 0, 0) < 1e-18L);
     assert_true(v.up.q62[1] > 0);

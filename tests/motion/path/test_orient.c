@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "motion/core/err.h"
+#include "tests/motion/path/rotspline_at.h"
 #include "tests/support/check.h"
 #include "tests/support/quat_real.h"
 
@@ -294,9 +295,10 @@ static void c2_is_the_spline_run_from_rest(void **state)
         const long double x = (long double)(t - key[0].t) / dur;
         const long double u = x * x * x * (6 + x * (3 * x - 8));
         const int64_t tau = t < key[1].t ? key[0].t + llrintl(u * dur) : t;
+        struct motion_vec rate, acc;
         struct motion_quat want;
 
-        motion_rotspline_at(&orient.spline, tau, &want, NULL, NULL);
+        rotspline_at(&orient.spline, tau, &want, &rate, &acc);
         if (rotation_between(at(t), want) > 1e-11L)
             fail_msg("seed %" PRIu64 " case %d", SEED, n);
     }

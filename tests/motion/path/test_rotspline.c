@@ -7,6 +7,7 @@
 
 #include "motion/core/err.h"
 #include "motion/number/trig.h"
+#include "tests/motion/path/rotspline_at.h"
 #include "tests/support/check.h"
 #include "tests/support/quat_real.h"
 
@@ -48,16 +49,15 @@ static void the_spline_meets_keys_without_steps(void **state)
             struct motion_quat at, just;
             struct motion_vec rate[2], acc[2];
 
-            motion_rotspline_at(&spline, key[i].t_ns_q12, &at, &rate[0],
-                                &acc[0]);
+            rotspline_at(&spline, key[i].t_ns_q12, &at, &rate[0], &acc[0]);
             assert_true(rotation_between(at, key[i].q) < 0x1p-56L);
             if (i == 0)
                 assert_true(scalar(motion_vec_length(rate[0])) < 1e-15L);
             if (i == 0 || i == KEYS - 1)
                 continue;
             /* one unit of time before: 2.4e-13 s, another span */
-            motion_rotspline_at(&spline, key[i].t_ns_q12 - 1, &just, &rate[1],
-                                &acc[1]);
+            rotspline_at(&spline, key[i].t_ns_q12 - 1, &just, &rate[1],
+                         &acc[1]);
             if (apart(rate[0], rate[1]) > 1e-9L ||
                 apart(acc[0], acc[1]) > 1e-8L)
                 fail_msg("seed %" PRIu64 " round %d key %d: steps %Lg, %Lg",
@@ -85,11 +85,11 @@ static void the_splines_rates_are_its_derivatives(void **state)
         const int64_t t = check_random_in(&seed, key[span].t_ns_q12 + h,
                                           key[span + 1].t_ns_q12 - h);
         struct motion_quat before, at, after;
-        struct motion_vec rate, acc, in, out, low, high;
+        struct motion_vec rate, acc, in, out, low, high, unused;
 
-        motion_rotspline_at(&spline, t, &at, &rate, &acc);
-        motion_rotspline_at(&spline, t - h, &before, &low, NULL);
-        motion_rotspline_at(&spline, t + h, &after, &high, NULL);
+        rotspline_at(&spline, t, &at, &rate, &acc);
+        rotspline_at(&spline, t - h, &before, &low, &unused);
+        rotspline_at(&spline, t + h, &after, &high, &unused);
         (void)motion_quat_log(motion_quat_mul(motion_quat_inverse(at), after),
                               &out);
         (void)motion_quat_log(motion_quat_mul(motion_quat_inverse(at), before),
@@ -125,7 +125,7 @@ static void about_one_axis_the_spline_is_the_clamped_cubic(void **state)
         const long double t = i / 10.0L;
         struct motion_quat q;
         struct motion_vec rate, acc;
-        motion_rotspline_at(&spline, S_Q12 / 10 * i, &q, &rate, &acc);
+        rotspline_at(&spline, S_Q12 / 10 * i, &q, &rate, &acc);
         assert_true(fabsl(2 * atan2l(real(q).z, real(q).w) -
                           (3 * t * t - 2 * t * t * t)) < 1e-15L);
         assert_true(fabsl(scalar(rate.x[2]) - (6 * t - 6 * t * t)) < 1e-15L);
@@ -146,19 +146,19 @@ static void one_key_stands_and_two_turn_evenly(void **state)
                                            MOTION_ROTSPLINE_CHORD,
                                            MOTION_ROTSPLINE_CHORD, 0),
                      MOTION_OK);
-    motion_rotspline_at(&spline, key[0].t_ns_q12 + 5, &q, &rate, &acc);
+    rotspline_at(&spline, key[0].t_ns_q12 + 5, &q, &rate, &acc);
     assert_true(rotation_between(q, key[0].q) == 0);
     assert_int_equal(motion_rotspline_plan(&spline, key, 2,
                                            MOTION_ROTSPLINE_CHORD,
                                            MOTION_ROTSPLINE_CHORD, 0),
                      MOTION_OK);
     const int64_t half = (key[1].t_ns_q12 - key[0].t_ns_q12) / 2;
-    motion_rotspline_at(&spline, key[0].t_ns_q12 + half, &q, &rate, &acc);
+    rotspline_at(&spline, key[0].t_ns_q12 + half, &q, &rate, &acc);
     (void)motion_quat_slerp(key[0].q, key[1].q, ONE / 2, &want);
     assert_true(rotation_between(q, want) < 1e-12L);
     assert_true(scalar(motion_vec_length(acc)) < 1e-14L);
     /* after the end: the key, at rest */
-    motion_rotspline_at(&spline, key[1].t_ns_q12 + 1, &q, &rate, &acc);
+    rotspline_at(&spline, key[1].t_ns_q12 + 1, &q, &rate, &acc);
     assert_true(rotation_between(q, key[1].q) == 0);
     assert_true(motion_real_is_zero(motion_vec_length(rate)));
 }
@@ -169,7 +169,7 @@ static void given_rates_are_met(void **state)
     struct motion_rotkey key[4];
     struct motion_rotspline spline;
     struct motion_quat q;
-    struct motion_vec rate;
+    struct motion_vec rate, acc;
     (void)state;
     any_keys(&seed, key, 4);
     const int64_t first[3] = { 1, -2, 3 }, last[3] = { -3, 1, 0 };
@@ -179,9 +179,9 @@ static void given_rates_are_met(void **state)
                                            MOTION_ROTSPLINE_GIVEN,
                                            MOTION_ROTSPLINE_GIVEN, 0),
                      MOTION_OK);
-    motion_rotspline_at(&spline, key[0].t_ns_q12, &q, &rate, NULL);
+    rotspline_at(&spline, key[0].t_ns_q12, &q, &rate, &acc);
     assert_true(fabsl(scalar(rate.x[1]) + 2) < 1e-15L);
-    motion_rotspline_at(&spline, key[3].t_ns_q12, &q, &rate, NULL);
+    rotspline_at(&spline, key[3].t_ns_q12, &q, &rate, &acc);
     assert_true(fabsl(scalar(rate.x[0]) + 3) < 1e-12L);
     assert_true(fabsl(scalar(rate.x[2])) < 1e-12L);
 }

@@ -1,5 +1,5 @@
 /* tests/motion/plan/fit/test_plan_fit.c - repair of moves that break limits, judged
- * by the checker; and the peaks that it starts from, by a dense scan.
+ * by the checker.
  *
  * Takes long. */
 #include <math.h>
@@ -38,77 +38,6 @@ static double between(double low, double high)
 static struct motion_real real_of(double value)
 {
     return motion_real_from_q(llrint(value * (double)UNIT), 32);
-}
-
-/* --- peaks of a quintic ---------------------------------------------------- */
-
-/* v, a and jerk of the quintic Hermite by its basis, in long double. */
-static void quintic_at(const struct plan_fit_quintic *q, long double u,
-                       long double of[3])
-{
-    const long double t = q->dur_s, d = q->displacement, v0 = q->vel[0] * t,
-                      v1 = q->vel[1] * t, a0 = q->acc[0] * t * t,
-                      a1 = q->acc[1] * t * t;
-    const long double c3 = 10 * d - 6 * v0 - 4 * v1 - 1.5L * a0 + 0.5L * a1,
-                      c4 = -15 * d + 8 * v0 + 7 * v1 + 1.5L * a0 - a1,
-                      c5 = 6 * d - 3 * v0 - 3 * v1 - 0.5L * a0 + 0.5L * a1;
-
-    of[0] = (v0 + u * (a0 + u * (3 * c3 + u * (4 * c4 + u * 5 * c5)))) / t;
-    of[1] = (a0 + u * (6 * c3 + u * (12 * c4 + u * 20 * c5))) / (t * t);
-    of[2] = (6 * c3 + u * (24 * c4 + u * 60 * c5)) / (t * t * t);
-}
-
-static void peaks_are_those_of_a_scan_at_any_scale(void **state)
-{
-    (void)state;
-    seed_from("peaks");
-    for (int n = 0; n < check_cases(400); n++) {
-        const double t = pow(10, between(-4, 5)), d = pow(10, between(-6, 8));
-        const struct plan_fit_quintic q = {
-            .dur_s = t,
-            .displacement = d * between(-1, 1),
-            .vel = { d / t * between(-9, 9), d / t * between(-9, 9) },
-            .acc = { d / t / t * between(-99, 99),
-                     d / t / t * between(-99, 99) },
-        };
-        double peak[PLAN_FIT_ORDERS];
-        long double most[3] = { 0, 0, 0 };
-        assert_int_equal(plan_fit_quintic_peaks(&q, peak), MOTION_OK);
-        for (int i = 0; i <= 20000; i++) {
-            long double of[3];
-            quintic_at(&q, i / 20000.0L, of);
-            for (int k = 0; k < 3; k++)
-                most[k] = fmaxl(most[k], fabsl(of[k]));
-        }
-        /* a scan is below by the square of half its step, 2.5e-5 */
-        for (int k = 0; k < 3; k++)
-            if (!(peak[k] >= most[k] * (1 - 1e-10L) &&
-                  peak[k] <= most[k] * (1 + 1e-6L)))
-                fail_msg("case %d, order %d: %.15g, scan %.15Lg", n, k + 1,
-                         peak[k], most[k]);
-    }
-}
-
-static void peaks_of_no_quintic_are_refused(void **state)
-{
-    const struct plan_fit_quintic rows[] = {
-        { 0, 1, { 0, 0 }, { 0, 0 } },
-        { -1, 1, { 0, 0 }, { 0, 0 } },
-        { (double)NAN, 1, { 0, 0 }, { 0, 0 } },
-        { 1, (double)INFINITY, { 0, 0 }, { 0, 0 } },
-        { 1, 1, { 0, (double)NAN }, { 0, 0 } },
-        { 1e200, 1, { 0, 0 }, { 0, 1 } },
-    };
-    const struct plan_fit_quintic still = { 2, 0, { 0, 0 }, { 0, 0 } };
-    double peak[PLAN_FIT_ORDERS];
-
-    (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(rows); i++)
-        assert_int_equal(plan_fit_quintic_peaks(&rows[i], peak),
-                         MOTION_E_RANGE);
-    assert_int_equal(plan_fit_quintic_peaks(&still, peak), MOTION_OK);
-    for (int i = 0; i < PLAN_FIT_ORDERS; i++)
-        assert_true(peak[i] == 0);
 }
 
 /* --- random moves ---------------------------------------------------------- */
@@ -679,8 +608,6 @@ static void rounded_corners_fit_too(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(peaks_are_those_of_a_scan_at_any_scale),
-        cmocka_unit_test(peaks_of_no_quintic_are_refused),
         cmocka_unit_test(a_span_gets_what_it_needs),
         cmocka_unit_test(a_fixed_key_is_the_reason_also_where_the_curve_swings),
         cmocka_unit_test(what_fits_is_left_to_the_bit),
