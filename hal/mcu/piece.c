@@ -1,30 +1,18 @@
 /* hal/mcu/piece.c - see piece.h. */
 #include "hal/mcu/piece.h"
 
-#include <stddef.h>
-
 #include "hal/mcu/map.h"
 #include "hal/support/crc32.h"
 
-static const struct {
-    uint8_t exception;
-    const char *text;
-} piece_row[] = {
-#define PIECE_ROW(name, value, exception, text) [value] = { exception, text },
+static const uint8_t piece_exception[] = {
+#define PIECE_ROW(name, value, exception, text) [value] = (exception),
     MCU_PIECE_LIST(PIECE_ROW)
 #undef PIECE_ROW
 };
 
 uint8_t mcu_piece_exception(enum mcu_piece_result result)
 {
-    return piece_row[result].exception;
-}
-
-const char *mcu_piece_text(enum mcu_piece_result result)
-{
-    return (unsigned)result < sizeof piece_row / sizeof piece_row[0]
-               ? piece_row[result].text
-               : "unknown";
+    return piece_exception[result];
 }
 
 uint16_t *mcu_words_put(uint16_t *to, uint64_t value, unsigned words)

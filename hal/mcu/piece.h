@@ -55,8 +55,6 @@ enum mcu_piece_result {
 #undef MCU_PIECE_ENUM
 };
 uint8_t mcu_piece_exception(enum mcu_piece_result result);
-/* Never NULL. */
-const char *mcu_piece_text(enum mcu_piece_result result);
 
 /* An axis, in its unit; limits of jerk: 0 none. */
 struct mcu_setup {

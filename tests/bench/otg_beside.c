@@ -116,7 +116,7 @@ static void list_add_row(struct list *list, const struct otg_header *header,
 {
     struct problem *problem = list_add(list, header->axes);
     struct otg_scaled scaled;
-    otg_row_scale(header, row, &scaled);
+    otg_rows_scale(header, row, 1, &scaled);
     problem->second = ldexp(1, scaled.time);
     problem->violates = strcmp(row->category, "start_violates") == 0;
     for (int i = 0; i < header->axes; i++) {

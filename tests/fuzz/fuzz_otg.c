@@ -21,13 +21,15 @@ static void fuzz_otg_row(struct otg_header *header, const char *line)
                    "a column is in the row");
         return;
     }
-    otg_row_scale(header, &row, &scaled);
+    otg_rows_scale(header, &row, 1, &scaled);
     if (motion_otg_make(&scaled.move[0], &plan, &field) < 0)
         return;
     /* whether it keeps every limit to the last unit is what otg-many counts */
     (void)motion_otg_check(&scaled.move[0], &plan, &field);
-    fuzz_claim(isfinite(otg_plan_seconds(&plan, scaled.time)),
-               "a plan has a duration");
+    fuzz_claim(
+        isfinite((double)ldexpl(
+            (long double)plan.dur_ns_q12 / OTG_TICKS_PER_SECOND, scaled.time)),
+        "a plan has a duration");
 }
 
 #define LEGS 4

@@ -5,6 +5,7 @@
 #include "firmware/mcu/upload.h"
 #include "tests/firmware/mcu/play_file.h"
 #include "tests/qemu/start.h"
+#include "tests/support/piece_text.h"
 
 #define PLAY_WINDOW 32
 #define PLAY_ENABLE 100 /* ticks until the axes are on */
@@ -48,7 +49,7 @@ static uint32_t play_put_all(void)
     for (unsigned i = 0; i < play_file.axes; i++) {
         const enum mcu_piece_result result = play_put(i);
         if (result != MCU_PIECE_TAKEN)
-            return play_fail(mcu_piece_text(result), i);
+            return play_fail(piece_text(result), i);
     }
     return 0;
 }
@@ -61,7 +62,7 @@ static uint32_t play_stream(void)
             if (result == MCU_PIECE_E_FULL)
                 break;
             if (result != MCU_PIECE_TAKEN)
-                return play_fail(mcu_piece_text(result), i);
+                return play_fail(piece_text(result), i);
         }
     return 0;
 }

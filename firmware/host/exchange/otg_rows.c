@@ -303,11 +303,3 @@ const char *otg_row_follow(struct otg_header *header, const char *line,
     }
     return NULL;
 }
-
-/* --- answers -------------------------------------------------------------- */
-
-double otg_plan_seconds(const struct motion_otg_plan *plan, int time)
-{
-    return (double)ldexpl((long double)plan->dur_ns_q12 / OTG_TICKS_PER_SECOND,
-                          time);
-}

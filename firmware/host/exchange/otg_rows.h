@@ -92,8 +92,6 @@ const char *otg_row_parse(struct otg_header *header, const char *line,
 const char *otg_row_follow(struct otg_header *header, const char *line,
                            const struct otg_row *before, struct otg_row *row,
                            int *column);
-void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
-                   struct otg_scaled *scaled);
 /* `count` rows in the same formats, positions from where the first starts. */
 void otg_rows_scale(const struct otg_header *header, const struct otg_row *row,
                     int count, struct otg_scaled *scaled);
@@ -106,7 +104,5 @@ double otg_steps_seconds(const struct otg_header *header,
                          const struct otg_row *row);
 
 #define OTG_TICKS_PER_SECOND 4096e9L
-
-double otg_plan_seconds(const struct motion_otg_plan *plan, int time);
 
 #endif

@@ -310,9 +310,3 @@ void otg_rows_scale(const struct otg_header *header, const struct otg_row *row,
             rows_scaled(&rows, i, axis, length, &scaled[i]);
     }
 }
-
-void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
-                   struct otg_scaled *scaled)
-{
-    otg_rows_scale(header, row, 1, scaled);
-}

@@ -12,13 +12,6 @@
 /* NOLINTNEXTLINE(bugprone-reserved-identifier): its names */
 extern const unsigned char __ehdr_start[], _end[];
 
-/* What a word of a model is. */
-enum {
-    STATE_DATA,
-    STATE_PLACE, /* points into the model, or into the program */
-    STATE_OWN    /* points elsewhere: to what belongs to this model alone */
-};
-
 /* A place as it is kept: the block counted from 1 above, the bytes below. */
 #define STATE_SHIFT   48
 #define STATE_OFFSET  ((UINT64_C(1) << STATE_SHIFT) - 1)
@@ -127,10 +120,12 @@ static unsigned char state_kind(const struct state_blocks *blocks, uint64_t a,
     const uint64_t place = state_place(&blocks[0], a);
 
     if (a == b)
-        return place >> STATE_SHIFT == STATE_PROGRAM ? STATE_PLACE : STATE_DATA;
+        return place >> STATE_SHIFT == STATE_PROGRAM ? FMU_STATE_PLACE
+                                                     : FMU_STATE_DATA;
     if (place != STATE_NOWHERE && place == state_place(&blocks[1], b))
-        return STATE_PLACE;
-    return state_is_mapped(a) && state_is_mapped(b) ? STATE_OWN : STATE_DATA;
+        return FMU_STATE_PLACE;
+    return state_is_mapped(a) && state_is_mapped(b) ? FMU_STATE_OWN
+                                                    : FMU_STATE_DATA;
 }
 
 static void state_compare(struct fmu_state_map *map,
@@ -212,7 +207,7 @@ void fmu_state_save(const struct fmu_state_map *map, struct fmu_model *model,
         const struct state_block *const block = &blocks.block[i];
         memcpy(bytes, block->at, block->size);
         for (size_t at = 0; at + 8 <= block->size; at += 8) {
-            if (*kind++ == STATE_DATA)
+            if (*kind++ == FMU_STATE_DATA)
                 continue;
             const uint64_t place =
                 state_place(&blocks, state_word(block->at + at));
@@ -229,9 +224,9 @@ static bool state_read(const struct state_blocks *blocks, unsigned char kind,
                        uint64_t *word)
 {
     *word = state_word(bytes);
-    if (kind == STATE_DATA)
+    if (kind == FMU_STATE_DATA)
         return true;
-    if (kind == STATE_PLACE && *word != STATE_NOWHERE)
+    if (kind == FMU_STATE_PLACE && *word != STATE_NOWHERE)
         return state_address(blocks, *word, word);
     *word = state_word(own);
     return true;
@@ -272,22 +267,4 @@ int fmu_state_load(const struct fmu_state_map *map, struct fmu_model *model,
         (void)state_copy(map, &blocks, bytes, true);
     state_leave(&blocks);
     return fits ? 0 : -1;
-}
-
-size_t fmu_state_stray(const struct fmu_state_map *map, struct fmu_model *model)
-{
-    struct state_blocks blocks;
-    const unsigned char *kind = map->word;
-    size_t stray = 0;
-
-    state_find(&blocks, model);
-    for (unsigned i = 0; i < blocks.count; i++)
-        for (size_t at = 0; at + 8 <= blocks.block[i].size; at += 8, kind++) {
-            const uint64_t word = state_word(blocks.block[i].at + at);
-            const bool is_place = state_place(&blocks, word) != STATE_NOWHERE;
-            stray += *kind == STATE_OWN ||
-                     (word != 0 && is_place != (*kind == STATE_PLACE));
-        }
-    state_leave(&blocks);
-    return stray;
 }

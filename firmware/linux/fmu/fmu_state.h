@@ -15,10 +15,17 @@
 
 #include "firmware/linux/fmu/fmu_model.h"
 
+/* What a word of a model is. */
+enum {
+    FMU_STATE_DATA,
+    FMU_STATE_PLACE, /* points into the model, or into the program */
+    FMU_STATE_OWN    /* points elsewhere: to what belongs to this model alone */
+};
+
 /* Which words of a model are pointers.  All zero: not known yet. */
 struct fmu_state_map {
     struct memory_pool memory;
-    unsigned char *word; /* enum in fmu_state.c, of every word of every block */
+    unsigned char *word; /* FMU_STATE_..., of every word of every block */
     size_t words, size;
 };
 
@@ -37,9 +44,5 @@ void fmu_state_save(const struct fmu_state_map *map, struct fmu_model *model,
 /* -1, and nothing has changed: they are no state of that model. */
 int fmu_state_load(const struct fmu_state_map *map, struct fmu_model *model,
                    const unsigned char *bytes, size_t size);
-
-/* How many words that the map does not have look like pointers: for tests. */
-size_t fmu_state_stray(const struct fmu_state_map *map,
-                       struct fmu_model *model);
 
 #endif

@@ -20,6 +20,7 @@
 #include "tests/firmware/mcu/damage.h"
 #include "tests/firmware/mcu/feed.h"
 #include "tests/firmware/mcu/master.h"
+#include "tests/support/piece_text.h"
 
 #define PLAY_PAUSE_NS 20000000
 #define PLAY_BYTE_NS  100000 /* of the line */
@@ -97,7 +98,7 @@ static int play_send(struct play *play, const uint16_t piece[], unsigned count)
         return 0;
     if (mcu_piece_exception(result) == 0)
         return 1;
-    fprintf(stderr, "a piece was refused: %s\n", mcu_piece_text(result));
+    fprintf(stderr, "a piece was refused: %s\n", piece_text(result));
     return -1;
 }
 

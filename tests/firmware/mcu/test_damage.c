@@ -5,6 +5,7 @@
 
 #include "tests/firmware/mcu/board.h"
 #include "tests/firmware/mcu/damage.h"
+#include "tests/support/piece_text.h"
 
 static struct board board, before;
 static struct board_move move, other;
@@ -357,7 +358,7 @@ static void every_order_of_two(void **state)
                                     pieces.length[next]);
             if (result != expected(there, next))
                 fail_msg("%u there, then %u: %s", there, next,
-                         mcu_piece_text(result));
+                         piece_text(result));
             if (result != MCU_PIECE_TAKEN)
                 is_as_before("order", there, next);
             board_has_nothing_wrong(&board, &move);

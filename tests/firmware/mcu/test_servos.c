@@ -12,6 +12,7 @@
 #include "sim/device/modbus/servo.h"
 #include "tests/firmware/mcu/board.h"
 #include "tests/firmware/mcu/damage.h"
+#include "tests/support/piece_text.h"
 
 #define COUNTS 10000 /* per unit */
 #define NODE   3     /* of axis 0, and so on */
@@ -121,7 +122,7 @@ static void put_all(void)
 {
     for (unsigned i = 0; i < pieces.count; i++)
         if (put(i) != MCU_PIECE_TAKEN)
-            fail_msg("piece %u: %s", i, mcu_piece_text(board.upload.last));
+            fail_msg("piece %u: %s", i, piece_text(board.upload.last));
 }
 
 static bool is_set_up(void)

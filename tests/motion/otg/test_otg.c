@@ -78,6 +78,12 @@ static void row_in(struct otg_row *row, int axes, double length, double time)
             row->value[i][k] *= length / pow(time, per_time[k]);
 }
 
+static double seconds_of(const struct motion_otg_plan *plan, int time)
+{
+    return (double)ldexpl((long double)plan->dur_ns_q12 / OTG_TICKS_PER_SECOND,
+                          time);
+}
+
 static void run_row(const struct otg_header *header, struct otg_row *row,
                     double length, double time, struct score *score)
 {
@@ -85,7 +91,7 @@ static void run_row(const struct otg_header *header, struct otg_row *row,
     struct motion_otg_plan plan[3];
     struct motion_sync_fault fault;
     row_in(row, header->axes, length, time);
-    otg_row_scale(header, row, &scaled);
+    otg_rows_scale(header, row, 1, &scaled);
     int err = motion_sync_make(
         scaled.move, header->axes,
         header->axes > 1 ? MOTION_SYNC_TIME : MOTION_SYNC_NONE, plan, &fault);
@@ -99,7 +105,7 @@ static void run_row(const struct otg_header *header, struct otg_row *row,
             fail_move(wrong, &scaled.move[i]);
         assert_true(plan[i].dur_ns_q12 == plan[0].dur_ns_q12);
     }
-    score_row(score, row, otg_plan_seconds(&plan[0], scaled.time), time);
+    score_row(score, row, seconds_of(&plan[0], scaled.time), time);
 }
 
 static FILE *vectors(const char *name)

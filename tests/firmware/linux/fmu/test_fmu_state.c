@@ -98,6 +98,62 @@ static void a_state_goes_on_in_another_model(void **state)
     }
 }
 
+/* From and to of this program; of the linker. */
+/* NOLINTNEXTLINE(bugprone-reserved-identifier): its names */
+extern const unsigned char __ehdr_start[], _end[];
+
+#define BLOCKS_MAX 4096
+
+struct blocks {
+    struct {
+        const unsigned char *at;
+        size_t size;
+    } block[BLOCKS_MAX];
+    size_t count;
+};
+
+static void take(void *of, void *at, size_t size)
+{
+    struct blocks *const self = of;
+
+    assert_true(self->count < BLOCKS_MAX);
+    self->block[self->count].at = at;
+    self->block[self->count++].size = size;
+}
+
+static bool points_inside(const struct blocks *blocks, uint64_t word)
+{
+    bool inside = word >= (uintptr_t)__ehdr_start && word < (uintptr_t)_end;
+
+    for (size_t i = 0; i < blocks->count && !inside; i++)
+        inside = word - (uintptr_t)blocks->block[i].at <= blocks->block[i].size;
+    return inside;
+}
+
+/* How many words that the map does not have look like pointers. */
+static size_t stray(const struct fmu_state_map *map, struct fmu_model *model)
+{
+    static struct blocks blocks;
+    const unsigned char *kind = map->word;
+    size_t count = 0;
+
+    blocks.count = 0;
+    take(&blocks, model, sizeof *model);
+    memory_pool_each(&model->memory, take, &blocks);
+    memory_pool_each(&model->rig.memory, take, &blocks);
+    memory_pool_each(&model->sim.memory, take, &blocks);
+    memory_pool_each(&model->machine.memory, take, &blocks);
+    for (size_t i = 0; i < blocks.count; i++)
+        for (size_t at = 0; at + 8 <= blocks.block[i].size; at += 8, kind++) {
+            uint64_t word;
+            memcpy(&word, blocks.block[i].at + at, sizeof word);
+            count += *kind == FMU_STATE_OWN ||
+                     (word != 0 && points_inside(&blocks, word) !=
+                                       (*kind == FMU_STATE_PLACE));
+        }
+    return count;
+}
+
 static void no_word_becomes_a_pointer_while_it_runs(void **state)
 {
     (void)state;
@@ -109,11 +165,11 @@ static void no_word_becomes_a_pointer_while_it_runs(void **state)
         unit_start(&unit, rigs[r]);
         assert_int_equal(
             fmu_state_map_init(&map, &unit.files.files, rigs[r], message), 0);
-        assert_int_equal(fmu_state_stray(&map, unit.model), 0);
+        assert_int_equal(stray(&map, unit.model), 0);
         for (int k = 0; k < 10; k++) {
             unit_go(&unit, 30, k < 2 ? 30 : 0);
             unit.model->enable = k != 6;
-            assert_int_equal(fmu_state_stray(&map, unit.model), 0);
+            assert_int_equal(stray(&map, unit.model), 0);
         }
         assert_true(r == 2 || any_fault(unit.model));
         fmu_state_map_free(&map);
@@ -141,7 +197,7 @@ static void a_number_with_padding_is_kept_and_a_pointer_is_not(void **state)
     memcpy(&at[1], &own[0], sizeof own[0]);
     memcpy(&other_at[1], &own[1], sizeof own[1]);
     fmu_state_map_of(&map, unit.model, other.model);
-    assert_int_equal(fmu_state_stray(&map, unit.model), 1);
+    assert_int_equal(stray(&map, unit.model), 1);
     word[0] += 7;
     memcpy(&at[0], &word[0], sizeof word[0]);
     const size_t size = fmu_state_size(unit.model);
