@@ -143,6 +143,32 @@ for name, text in MOVES.items():
 copy("map", "hal/maps/oriental-az.yaml", "hal/maps/lexium-32.yaml",
      "tests/data/maps/coils.yaml", "tests/data/maps/floats.yaml")
 
+put("eds", "odd", """\
+\ufeff[DeviceInfo]
+NrOfRXPDO=3
+CompactPDO=0x3F
+[1016]
+ObjectType=8
+CompactSubObj=0x02
+DataType=0x0007 ; unsigned
+AccessType=rw
+[1016Name]
+NrOfEntries=1
+1=First
+[1016Value]
+2=0x200 + $NODEID
+[2000]
+DefaultValue=0.0
+DataType=0xA0
+[A0sub1]
+DefaultValue=0x1B
+[2000]
+HighLimit=0xFFFFFFFFFFFFFFFF
+LowLimit=-1
+no key
+[2001sub01]
+AccessType=r/w
+""")
 put("eds", "small", """\
 [DeviceInfo]
 VendorName=slew

@@ -11,6 +11,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
     if (eds_load(&disk_files, path, &eds, message) < 0) {
         fuzz_claim_sentence(path, message);
+        eds_free(&eds);
         return 0;
     }
     fuzz_claim(eds.count <= EDS_OBJECTS_MAX, "objects have their room");
@@ -18,5 +19,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         fuzz_claim(eds_find(&eds, eds.object[i].index, eds.object[i].sub) !=
                        NULL,
                    "every object is found");
+    eds_free(&eds);
     return 0;
 }

@@ -63,6 +63,71 @@ int64_t files_load(const struct files *files, const char *path, size_t max,
     return length;
 }
 
+/* --- byte order marks --- */
+
+static unsigned files_utf16_at(const unsigned char *from, bool is_big)
+{
+    return is_big ? (unsigned)from[0] << 8 | from[1]
+                  : (unsigned)from[1] << 8 | from[0];
+}
+
+static size_t files_put_utf8(char *to, uint32_t character)
+{
+    static const unsigned char first[] = { 0, 0, 0xC0, 0xE0, 0xF0 };
+    const unsigned count = character < 0x80      ? 1
+                           : character < 0x800   ? 2
+                           : character < 0x10000 ? 3
+                                                 : 4;
+
+    for (unsigned i = count; i-- > 1; character >>= 6)
+        to[i] = (char)(0x80 | (character & 0x3F));
+    to[0] = (char)(first[count] | character);
+    return count;
+}
+
+/* Half of a pair without the other becomes U+FFFD. */
+static int64_t files_from_utf16(char **data, size_t length, bool is_big)
+{
+    const unsigned char *from = (const unsigned char *)*data;
+    char *text = malloc(length / 2 * 3 + 1);
+    size_t used = 0;
+
+    for (size_t i = 2; text != NULL && i + 1 < length; i += 2) {
+        uint32_t unit = files_utf16_at(from + i, is_big);
+        if (unit >= 0xD800 && unit < 0xE000) {
+            const uint32_t low =
+                i + 3 < length ? files_utf16_at(from + i + 2, is_big) : 0;
+            const bool is_pair = unit < 0xDC00 && low >= 0xDC00 && low < 0xE000;
+            unit = is_pair ? 0x10000 + ((unit - 0xD800) << 10) + low - 0xDC00
+                           : 0xFFFD;
+            i += is_pair ? 2 : 0;
+        }
+        used += files_put_utf8(text + used, unit);
+    }
+    free(*data);
+    *data = text;
+    if (text == NULL)
+        return -ENOMEM;
+    text[used] = 0;
+    return (int64_t)used;
+}
+
+int64_t files_load_text(const struct files *files, const char *path, size_t max,
+                        char **data)
+{
+    const int64_t length = files_load(files, path, max, data);
+    const unsigned char *begin = (const unsigned char *)*data;
+
+    if (length >= 3 && memcmp(begin, "\xEF\xBB\xBF", 3) == 0) {
+        memmove(*data, *data + 3, (size_t)length - 2);
+        return length - 3;
+    }
+    if (length >= 2 && ((begin[0] == 0xFF && begin[1] == 0xFE) ||
+                        (begin[0] == 0xFE && begin[1] == 0xFF)))
+        return files_from_utf16(data, (size_t)length, begin[0] == 0xFE);
+    return length;
+}
+
 /* --- line by line --- */
 
 int files_lines_open(struct files_lines *lines, const struct files *files,

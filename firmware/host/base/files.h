@@ -63,6 +63,11 @@ const char *files_error(int err);
 int64_t files_load(const struct files *files, const char *path, size_t max,
                    char **data);
 
+/* The same of a text that another program wrote: without the byte order mark that
+ * it may begin with, and what that says is UTF-16 as UTF-8. */
+int64_t files_load_text(const struct files *files, const char *path, size_t max,
+                        char **data);
+
 /* A file of any length, line by line. */
 #define FILES_PIECE    16384
 #define FILES_LINE_MAX (1 << 20)

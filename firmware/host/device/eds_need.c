@@ -99,7 +99,7 @@ static const char *eds_lacks_mode(const struct eds_object *object,
     for (size_t i = 0; i < ARRAY_LEN(modes); i++)
         if (need->index == 0x6502 && object->has_value &&
             eds_is_needed(need, modes[i].use) &&
-            (object->value >> modes[i].bit & 1) == 0)
+            ((uint64_t)object->value >> modes[i].bit & 1) == 0)
             return modes[i].lacks;
     return NULL;
 }
@@ -111,6 +111,12 @@ const char *eds_lacks(const struct eds *eds, const struct eds_need *need,
 
     if (object == NULL)
         return "not there";
+    if ((object->unread & EDS_UNREAD_ACCESS) != 0 &&
+        (need->access & (NEED_READ | NEED_WRITE)) != 0)
+        return "has no AccessType that can be read";
+    if ((object->unread & EDS_UNREAD_MAPPING) != 0 &&
+        (need->access & NEED_MAP) != 0)
+        return "has no PDOMapping that can be read";
     if ((need->access & NEED_READ) != 0 && !object->readable)
         return "cannot be read";
     if ((need->access & NEED_WRITE) != 0 && !object->writable)

@@ -13,7 +13,7 @@
 #include "firmware/host/base/quote.h"
 #include "firmware/host/yaml/yaml_fields.h"
 
-#define OBJECT_NAMES_MAX (EDS_OBJECTS_MAX + 256)
+#define OBJECT_NAMES_MAX 4096
 
 static int object_fail(char message[OBJECT_MESSAGE_MAX], const char *format,
                        ...) __attribute__((format(printf, 2, 3)));
@@ -93,7 +93,8 @@ static void object_take_eds(struct object *object,
     if (from == NULL)
         return;
     object->in_eds = true;
-    object->type = from->type;
+    if (from->type != OBJECT_UNKNOWN)
+        object->type = from->type;
     object->readable = from->readable;
     object->writable = from->writable;
     object->has_low = from->has_low;
@@ -205,10 +206,11 @@ static int object_unknown(const char *text, const struct eds *eds,
     const char *near;
     unsigned count = 0;
 
-    for (unsigned i = 0; eds != NULL && i < eds->count; i++)
-        name[count++] = eds->object[i].name;
     for (unsigned i = 0; i < object_list_count; i++)
         name[count++] = object_list[i].name;
+    for (unsigned i = 0;
+         eds != NULL && i < eds->count && count < OBJECT_NAMES_MAX; i++)
+        name[count++] = eds->object[i].name;
     near = yaml_nearest(text, name, count);
     return object_fail(
         message,

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
 #include "firmware/host/job/job_open.h"
 #include "firmware/host/track/compiled.h"
 #include "firmware/host/yaml/yaml_again.h"
@@ -87,6 +88,24 @@ static void job_say_unverified(const char *path, const struct rig *rig,
                          rig->map[rig->axis[i].map].title);
 }
 
+/* So is what of a data sheet could not be read and was not needed. */
+static void job_say_odd(const char *path, const struct rig *rig,
+                        struct messages *messages)
+{
+    for (uint32_t i = 0; i < rig->axis_count; i++) {
+        const struct rig_axis *axis = &rig->axis[i];
+        if (axis->eds_odd > 0)
+            messages_add(
+                messages, MESSAGE_WARNING,
+                "%s: %s: %s:%u: %u %s of the data sheet cannot be read "
+                "and %s not used; slew drive info %s lists %s",
+                path, axis->name, axis->eds, axis->eds_odd_line, axis->eds_odd,
+                number_word(axis->eds_odd, "line", "lines"),
+                number_word(axis->eds_odd, "is", "are"), axis->eds,
+                number_word(axis->eds_odd, "it", "them"));
+    }
+}
+
 struct job_saying {
     const char *path;
     struct messages *messages;
@@ -108,6 +127,7 @@ static void job_say_rig(const char *path, const struct rig *rig,
 
     job_say_unsupervised(path, rig, messages);
     job_say_unverified(path, rig, messages);
+    job_say_odd(path, rig, messages);
     rig_plausible(rig, job_say_doubt, &saying);
 }
 

@@ -234,6 +234,8 @@ struct rig_axis {
     bool has_servo_map;
     int64_t watch_ns;
     char eds[RIG_PATH_MAX]; /* CiA 402: the data sheet; "": none */
+    /* how much of it is odd and was left, and the first line of that */
+    unsigned eds_odd, eds_odd_line;
     /* what the drive is set to at start-up, one of both by its kind */
     struct drive_cia402_parameter object[RIG_PARAMETERS_MAX];
     struct drive_modbus_parameter item[RIG_PARAMETERS_MAX];

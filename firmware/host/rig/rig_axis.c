@@ -108,6 +108,14 @@ static void rig_complete_axis(struct rig_axis *axis)
         axis->sim.start_q32 = rig_nearest_to_zero(&axis->limit);
 }
 
+void rig_forget_eds(struct rig_reader *reader)
+{
+    if (reader->eds != NULL)
+        eds_free(reader->eds);
+    memory_free(reader->eds);
+    reader->eds = NULL;
+}
+
 static int rig_read_axis(void *reader, uint32_t key,
                          const struct yaml_value *entry)
 {
@@ -124,8 +132,7 @@ static int rig_read_axis(void *reader, uint32_t key,
     };
     memcpy(axis->name, entry->name, strlen(entry->name) + 1);
     self->axis = axis;
-    memory_free(self->eds);
-    self->eds = NULL;
+    rig_forget_eds(self);
     value.expected = "a map with unit, limits, following_error and drive";
     if (yaml_fields_read(&value, &rig_axis_shape, reader, axis) < 0)
         return -1;

@@ -162,7 +162,7 @@ int rig_load(const struct files *files, const char *path, struct rig *rig,
     for (unsigned i = 0; i < rig->axis_count && err == 0; i++)
         if (rig_kinds[rig->axis[i].kind]->judge_rig != NULL)
             err = rig_kinds[rig->axis[i].kind]->judge_rig(&whole, rig, i);
-    memory_free(reader.eds);
+    rig_forget_eds(&reader);
     memory_pool_free(&reader.memory);
     yaml_tree_free(&tree);
     return err;

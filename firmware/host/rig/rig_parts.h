@@ -91,6 +91,9 @@ int rig_read_acceleration(void *reader, const struct yaml_value *value,
 int rig_read_jerk(void *reader, const struct yaml_value *value, void *out);
 int rig_read_node_id(void *reader, const struct yaml_value *value, void *out);
 
+/* Of the axis before. */
+void rig_forget_eds(struct rig_reader *reader);
+
 /* ---- sections ---- */
 
 /* [lowest, highest], a range of positions that is not empty. */

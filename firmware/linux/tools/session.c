@@ -163,6 +163,7 @@ int session_open(struct session *session, const struct session_config *config,
 
     session->endpoints = NULL;
     session->eds = NULL;
+    session->sheet = (struct eds){ .count = 0 };
     session->map = NULL;
     session->node_axis = 0;
     if (bench_name(config->target, &config->line, &session->rig, &is_rig,
@@ -189,6 +190,7 @@ void session_close(struct session *session)
 {
     bench_close(&session->bench);
     rig_free(&session->rig);
+    eds_free(&session->sheet);
     endpoints_close(session->endpoints);
     session->endpoints = NULL;
 }

@@ -60,7 +60,7 @@ static uint32_t rig_eds_number(const struct eds *eds, uint8_t sub)
     const struct eds_object *object =
         eds == NULL ? NULL : eds_find(eds, 0x1018, sub);
 
-    return object != NULL && object->has_value ? object->value : 0;
+    return object != NULL && object->has_value ? (uint32_t)object->value : 0;
 }
 
 uint16_t rig_axis_object(const struct rig_axis *axis, uint16_t index)
@@ -98,9 +98,13 @@ int rig_read_eds(void *reader, const struct yaml_value *value, void *out)
 
     if (name == NULL || rig_beside(value, name, out) < 0)
         return -1;
-    self->eds = memory_resize(self->eds, 1, sizeof *self->eds);
+    rig_forget_eds(self);
+    self->eds = memory_new(1, sizeof *self->eds);
     if (eds_load(files_regular(self->files), out, self->eds, message) < 0)
         return yaml_value_refuse(value, "cannot be read (%s)", message);
+    self->axis->eds_odd = self->eds->warnings;
+    self->axis->eds_odd_line =
+        self->eds->warnings > 0 ? self->eds->warning[0].line : 0;
     self->eds_value = *value;
     return 0;
 }

@@ -4,12 +4,32 @@
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
 #include "firmware/host/device/eds_need.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/verbs.h"
+
+/* Those that are kept. */
+static unsigned sheet_odd(const struct eds *eds)
+{
+    return eds->warnings < EDS_WARNINGS_MAX ? eds->warnings : EDS_WARNINGS_MAX;
+}
+
+static void sheet_warn(const struct eds *eds, const char *path)
+{
+    struct messages messages = { .text = NULL };
+
+    for (unsigned i = 0; i < sheet_odd(eds); i++)
+        messages_add(&messages, MESSAGE_WARNING, "%s:%u: warning: %s", path,
+                     eds->warning[i].line, eds->warning[i].text);
+    if (eds->warnings > sheet_odd(eds))
+        messages_add(&messages, MESSAGE_WARNING, "%s: and %u more", path,
+                     eds->warnings - sheet_odd(eds));
+    error_tell(&messages);
+}
 
 static void sheet_table(const struct eds *eds)
 {
@@ -53,12 +73,22 @@ static void sheet_json(const struct eds *eds, unsigned missing)
         cJSON_AddStringToObject(object, "drive", lacks == NULL ? "yes" : lacks);
         cJSON_AddItemToArray(objects, object);
     }
+    cJSON *warnings = cJSON_AddArrayToObject(report, "warnings");
+    for (unsigned i = 0; i < sheet_odd(eds); i++) {
+        cJSON *warning = cJSON_CreateObject();
+        cJSON_AddNumberToObject(warning, "line", eds->warning[i].line);
+        cJSON_AddStringToObject(warning, "what", eds->warning[i].text);
+        cJSON_AddItemToArray(warnings, warning);
+    }
     json_print(report, stdout);
 }
 
 static void sheet_print(const struct eds *eds, unsigned missing)
 {
-    printf("%s, %s: %u objects\n\n", eds->vendor, eds->product, eds->count);
+    printf("%s, %s: %u %s\n\n",
+           eds->vendor[0] != '\0' ? eds->vendor : "no vendor",
+           eds->product[0] != '\0' ? eds->product : "no product", eds->count,
+           number_word(eds->count, "object", "objects"));
     sheet_table(eds);
     if (missing == 0)
         puts("\nthis drive will do");
@@ -82,14 +112,17 @@ enum status drive_sheet(const struct options *options)
     }
     if (eds_load(&disk_files, options->path[1], eds, message) < 0) {
         error_say("%s", message);
+        eds_free(eds);
         memory_free(eds);
         return STATUS_INPUT;
     }
+    sheet_warn(eds, options->path[1]);
     const unsigned missing = eds_missing(eds, EDS_PLAIN);
     if (options->json)
         sheet_json(eds, missing);
     else
         sheet_print(eds, missing);
+    eds_free(eds);
     memory_free(eds);
     return missing == 0 ? STATUS_OK : STATUS_REFUSED;
 }

@@ -30,6 +30,7 @@ static int cia402_sheet(struct session *session,
         path = session->axis->eds;
     if (path == NULL)
         return 0;
+    eds_free(&session->sheet);
     if (eds_load(&disk_files, path, &session->sheet, message) < 0)
         return -1;
     session->eds = &session->sheet;

@@ -147,6 +147,7 @@ static void limits_of_the_data_sheet_are_kept(void **state)
     assert_non_null(strstr(message, "cannot be written"));
     assert_int_equal(object_find("SAME", &sheet, &object, message), -1);
     assert_non_null(strstr(message, "is the name of 2 objects"));
+    eds_free(&sheet);
 }
 
 /* ---- get, set ---- */
