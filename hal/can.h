@@ -21,6 +21,8 @@
 
 #include "motion/core/err.h"
 
+MOTION_C_BEGIN
+
 #define HAL_CAN_DATA_MAX    8
 #define HAL_CAN_FD_DATA_MAX 64
 
@@ -106,5 +108,7 @@ static inline void hal_can_stats(struct hal_can *can,
 
 /* Can this frame be on a wire at all?  `fd`: one that carries FD frames. */
 bool hal_can_is_legal(const struct hal_can_frame *frame, bool fd);
+
+MOTION_C_END
 
 #endif

@@ -9,6 +9,8 @@
 
 #include "motion/core/err.h"
 
+MOTION_C_BEGIN
+
 struct hal_clock;
 
 struct hal_clock_ops {
@@ -31,5 +33,7 @@ static inline int hal_clock_wait_until(struct hal_clock *clock, int64_t t_ns)
 {
     return clock->ops->wait_until(clock, t_ns);
 }
+
+MOTION_C_END
 
 #endif

@@ -23,6 +23,8 @@
 
 #include "motion/core/err.h"
 
+MOTION_C_BEGIN
+
 enum hal_drive_state {
     HAL_DRIVE_OFFLINE, /* not found, not configured, or lost */
     HAL_DRIVE_OFF,     /* there, configured, torque off */
@@ -328,5 +330,7 @@ static inline int hal_drive_probe(struct hal_drive *drive,
     return drive->ops->probe != NULL ? drive->ops->probe(drive, probe)
                                      : MOTION_E_EMPTY;
 }
+
+MOTION_C_END
 
 #endif

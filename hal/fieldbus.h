@@ -8,6 +8,10 @@
 
 #include <stdint.h>
 
+#include "motion/core/err.h"
+
+MOTION_C_BEGIN
+
 /* How a bus is; the greater the worse. */
 enum hal_fieldbus_health {
     HAL_FIELDBUS_GOOD,
@@ -49,5 +53,7 @@ static inline void hal_fieldbus_end(struct hal_fieldbus *bus, int64_t now_ns)
 {
     bus->ops->end(bus, now_ns);
 }
+
+MOTION_C_END
 
 #endif

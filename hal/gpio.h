@@ -15,6 +15,8 @@
 
 #include "motion/core/err.h"
 
+MOTION_C_BEGIN
+
 /* An edge of an input. */
 struct hal_gpio_event {
     int64_t t_ns; /* on the clock of hal_clock; the kernel's time stamp */
@@ -61,5 +63,7 @@ static inline int hal_gpio_event(struct hal_gpio *line,
 {
     return line->ops->event(line, event);
 }
+
+MOTION_C_END
 
 #endif

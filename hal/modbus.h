@@ -20,6 +20,8 @@
 
 #include "motion/core/err.h"
 
+MOTION_C_BEGIN
+
 #define HAL_MODBUS_READ_MAX  125  /* registers in one reply */
 #define HAL_MODBUS_WRITE_MAX 123  /* registers in one request; 121 with 0x17 */
 #define HAL_MODBUS_BITS_MAX  1968 /* coils written in one request */
@@ -134,5 +136,7 @@ const char *hal_modbus_exception_text(uint8_t exception);
 /* Counts a finished transaction. */
 void hal_modbus_count(struct hal_modbus_stats *stats,
                       const struct hal_modbus_reply *reply);
+
+MOTION_C_END
 
 #endif

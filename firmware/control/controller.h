@@ -61,6 +61,8 @@
 #include "motion/core/clock_warp.h"
 #include "motion/core/track.h"
 
+MOTION_C_BEGIN
+
 #define CONTROLLER_AXES_MAX 64
 #define CONTROLLER_HISTORY  4 /* set points kept to judge following */
 
@@ -443,5 +445,7 @@ void controller_step(struct controller *controller, int64_t now_ns,
  * those of the last tick.  May be beyond the end of the move.  On the tick. */
 void controller_ahead(const struct controller *controller, int64_t ahead_ns,
                       struct motion_clock_rate *then);
+
+MOTION_C_END
 
 #endif

@@ -57,6 +57,8 @@
 
 #include "firmware/control/jog.h"
 
+MOTION_C_BEGIN
+
 enum homing_by {
     HOMING_NONE,
     HOMING_SWITCH,
@@ -201,5 +203,7 @@ const char *homing_failure(const struct homing *homing,
 
 /* Axes that must be homed before a move: not homed yet. */
 uint64_t homing_wanted(const struct homing *homing);
+
+MOTION_C_END
 
 #endif

@@ -27,6 +27,8 @@
 #include "firmware/control/controller.h"
 #include "motion/otg/replan.h"
 
+MOTION_C_BEGIN
+
 /* The caller's, as long as the controller may play it. */
 struct controller_jog {
     /* As controller_jog_stop: what never jogs (a board) is not linked to its plans. */
@@ -68,5 +70,7 @@ void controller_jog_stop(struct controller *controller,
  * found no motion to rest yet. */
 void controller_jog_step(struct controller *controller,
                          struct controller_jog *jog);
+
+MOTION_C_END
 
 #endif

@@ -15,6 +15,8 @@
 
 #include "hal/gpio.h"
 
+MOTION_C_BEGIN
+
 struct trigger_config {
     int64_t width_ns; /* of a pulse, >= 0: at least one tick */
     int64_t rest_ns;  /* not active for so long after one, >= 0: one tick */
@@ -50,5 +52,7 @@ bool trigger_is_idle(const struct trigger *trigger, int64_t s_ns_q12);
 
 /* No more shots, and a pulse ends now. */
 void trigger_end(struct trigger *trigger);
+
+MOTION_C_END
 
 #endif

@@ -37,6 +37,7 @@ LIBDIR      ?= $(PREFIX)/lib
 INCLUDEDIR  ?= $(PREFIX)/include
 DATADIR     ?= $(PREFIX)/share
 INSTALL     ?= install
+LDCONFIG    ?= $(firstword $(wildcard /sbin/ldconfig) ldconfig)
 
 SO := $(B)/libslew.so.$(VERSION)
 
@@ -86,6 +87,18 @@ $(B)/slew.pc: firmware/library/slew.pc.in firmware/library/version.h
 	@sed -e 's|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(LIBDIR)|' \
 	    -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|' $< >$@
 
+# Programs find a new library by ldconfig's cache, where it looks for libraries.
+define find_library
+@if [ -n "$(DESTDIR)" ]; then \
+    echo "  where it is used: ldconfig, so that programs find libslew.so"; \
+elif ! $(LDCONFIG) 2>/dev/null; then \
+    echo "  ldconfig could not run: as root, so that programs find libslew.so"; \
+elif ! $(LDCONFIG) -p | grep -qF "$(LIBDIR)/libslew.so.$(SOVERSION)"; then \
+    echo "  no program looks for libslew.so in $(LIBDIR): as root," \
+        "echo $(LIBDIR) >/etc/ld.so.conf.d/slew.conf; ldconfig"; \
+fi
+endef
+
 .PHONY: install
 ## the program, its files and the library, under PREFIX (/usr/local); DESTDIR
 install: $(SLEW) $(B)/slew-fmu.so library installed
@@ -95,6 +108,7 @@ install: $(SLEW) $(B)/slew-fmu.so library installed
 	@ln -sf slew $(DESTDIR)$(BINDIR)/slewd
 	@cd $(DESTDIR)$(LIBDIR) && \
 	    for link in $(LINKS); do ln -sf $(notdir $(SO)) $$link; done
+	$(find_library)
 
 .PHONY: uninstall
 ## what make install has put there; directories that are empty then
@@ -106,3 +120,4 @@ uninstall: installed
 	@sed '/^$$/d' $(B)/installed | while read -r from to mode; do \
 	    rmdir -p --ignore-fail-on-non-empty "$(DESTDIR)$${to%/*}" 2>/dev/null; \
 	    done || true
+	@[ -n "$(DESTDIR)" ] || $(LDCONFIG) 2>/dev/null || true

@@ -18,6 +18,8 @@
 #include "hal/can/cycle.h"
 #include "hal/fieldbus.h"
 
+MOTION_C_BEGIN
+
 enum can_bus_take {
     CAN_BUS_NOT_MINE,
     CAN_BUS_TAKEN,
@@ -62,5 +64,7 @@ void can_bus_init(struct can_bus *bus, struct hal_can *can);
 void can_bus_add(struct can_bus *bus, struct can_bus_node *node);
 /* For nodes, from step and emit.  Errors of hal_can_send. */
 int can_bus_send(struct can_bus_node *node, const struct hal_can_frame *frame);
+
+MOTION_C_END
 
 #endif

@@ -23,6 +23,8 @@
 #include "hal/can/cycle.h"
 #include "hal/fieldbus.h"
 
+MOTION_C_BEGIN
+
 enum canopen_nmt_command {
     CANOPEN_NMT_START = 0x01,
     CANOPEN_NMT_STOP = 0x02,
@@ -250,5 +252,7 @@ int canopen_sdo_write_bytes(struct canopen_node *node, int64_t now_ns,
 int canopen_sdo_take(struct canopen_node *node, uint32_t *value, uint8_t *size);
 /* Forget the transfer that is running, if any; a late answer is dropped. */
 void canopen_sdo_drop(struct canopen_node *node);
+
+MOTION_C_END
 
 #endif

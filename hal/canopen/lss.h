@@ -13,6 +13,8 @@
 
 #include "hal/canopen/canopen.h"
 
+MOTION_C_BEGIN
+
 /* 0x1018 sub 1 to 4. */
 struct canopen_identity {
     uint32_t vendor, product, revision, serial;
@@ -79,5 +81,7 @@ int canopen_lss_scan(struct canopen_lss *lss, int64_t now_ns);
  * (lss->error); MOTION_E_TIMEOUT nobody answered; MOTION_E_STATE nothing was
  * started. */
 int canopen_lss_take(struct canopen_lss *lss);
+
+MOTION_C_END
 
 #endif

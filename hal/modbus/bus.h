@@ -15,6 +15,8 @@
 #include "hal/fieldbus.h"
 #include "hal/modbus.h"
 
+MOTION_C_BEGIN
+
 struct modbus_node;
 
 struct modbus_node_ops {
@@ -55,5 +57,7 @@ int modbus_bus_init(struct modbus_bus *bus, struct hal_modbus *line,
                     unsigned depth);
 /* The node is the caller's.  MOTION_E_ARG: the unit is taken or none. */
 int modbus_bus_add(struct modbus_bus *bus, struct modbus_node *node);
+
+MOTION_C_END
 
 #endif

@@ -11,6 +11,8 @@
 
 #include "hal/modbus/rtu.h"
 
+MOTION_C_BEGIN
+
 #define MODBUS_MAP_TITLE_MAX  96
 #define MODBUS_MAP_NAME_MAX   32
 #define MODBUS_MAP_TEXT_MAX   64
@@ -237,5 +239,7 @@ int64_t modbus_map_cycle_ns(const struct modbus_map *map,
 /* What it is longer by when the drive is monitored; n grows likewise. */
 int64_t modbus_map_monitor_ns(const struct modbus_map *map,
                               const struct modbus_rtu_time *time, unsigned *n);
+
+MOTION_C_END
 
 #endif

@@ -22,6 +22,8 @@
 
 #include "motion/core/track.h"
 
+MOTION_C_BEGIN
+
 #define MOTION_CLOCK_WARP_ONE_Q30 ((int64_t)1 << 30) /* 100 % */
 #define MOTION_CLOCK_WARP_MAX_Q30 ((int64_t)2 << 30) /* 200 % */
 
@@ -108,5 +110,7 @@ int64_t motion_clock_warp_square(const struct motion_clock_rate *now);
 void motion_clock_warp_sample(const struct motion_clock_rate *now,
                               int64_t r2_q30, const struct motion_sample *track,
                               struct motion_sample *axis);
+
+MOTION_C_END
 
 #endif

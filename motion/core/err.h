@@ -6,6 +6,17 @@
 #ifndef MOTION_CORE_ERR_H
 #define MOTION_CORE_ERR_H
 
+/* Around what a public header declares: C++ finds it by the names of C. */
+#ifdef __cplusplus
+#define MOTION_C_BEGIN extern "C" {
+#define MOTION_C_END   }
+#else
+#define MOTION_C_BEGIN
+#define MOTION_C_END
+#endif
+
+MOTION_C_BEGIN
+
 /* X(name, value, sentence).  Values are stable within one build only. */
 #define MOTION_ERR_LIST(X)                                                     \
     X(MOTION_E_RANGE, -1, "a value does not fit the range of its format")      \
@@ -39,5 +50,7 @@ enum motion_err {
 /* The sentence for a code; "done" for zero and above, "unknown error" for a
  * negative number that is not in the list.  Never NULL. */
 const char *motion_err_text(int err);
+
+MOTION_C_END
 
 #endif

@@ -53,6 +53,8 @@ struct motion_u128 {
 #define FIXED_IS_SHORT 0
 #endif
 
+MOTION_C_BEGIN
+
 /* a * b, all 128 bits. */
 struct motion_u128 motion_fixed_mul_u64(uint64_t a, uint64_t b);
 
@@ -185,5 +187,7 @@ static inline unsigned motion_fixed_clz_u64(uint64_t a)
  * as Q2.62; error at most 4 units of 2^-62.  Taylor series.  Plan-time. */
 void motion_fixed_sincos_q62(uint64_t phase_q62, int64_t *sin_q62,
                              int64_t *cos_q62);
+
+MOTION_C_END
 
 #endif

@@ -20,6 +20,8 @@
 
 #include "motion/core/track.h"
 
+MOTION_C_BEGIN
+
 #define MOTION_SHAPER_IMPULSES_MAX 4
 #define MOTION_SHAPER_ONE_Q62      ((uint64_t)1 << 62)
 #define MOTION_SHAPER_DELAY_MAX_NS_Q12                                         \
@@ -54,5 +56,7 @@ void motion_shaper_sample(const struct motion_shaper *shaper,
                           const struct motion_track *track,
                           struct motion_shaper_cursor *cursor, int64_t t_ns_q12,
                           struct motion_sample *sample);
+
+MOTION_C_END
 
 #endif

@@ -28,6 +28,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "motion/core/err.h"
+
+MOTION_C_BEGIN
+
 #define MOTION_TRACK_DEGREE 5
 
 /* Longest segment and longest track: 2^60 / 4096 ns = 3.2 days for a segment,
@@ -266,5 +270,7 @@ struct motion_continuity {
 };
 void motion_track_continuity(const struct motion_track *track,
                              struct motion_continuity *worst);
+
+MOTION_C_END
 
 #endif

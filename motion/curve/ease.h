@@ -21,6 +21,8 @@
 
 #include "motion/core/track.h"
 
+MOTION_C_BEGIN
+
 enum motion_ease_law {
     MOTION_EASE_PARABOLIC,
     MOTION_EASE_SINE,
@@ -77,5 +79,7 @@ struct motion_ease_limit {
  * track is unchanged then.  Plan-time. */
 int motion_ease_append_limited(struct motion_track *track, int64_t to_q32,
                                const struct motion_ease_limit *limit);
+
+MOTION_C_END
 
 #endif

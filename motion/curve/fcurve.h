@@ -27,6 +27,8 @@
 #include "motion/curve/bake.h"
 #include "motion/number/real.h"
 
+MOTION_C_BEGIN
+
 enum motion_fcurve_handle {
     MOTION_FCURVE_FREE,    /* as given */
     MOTION_FCURVE_ALIGNED, /* length as given, in line with the other; beside
@@ -186,5 +188,7 @@ int motion_fcurve_append(struct motion_track *track,
                          const struct motion_fcurve *curve,
                          const struct motion_fcurve_range *range,
                          struct motion_fcurve_report *report);
+
+MOTION_C_END
 
 #endif

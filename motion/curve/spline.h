@@ -35,6 +35,8 @@
 #include "motion/core/track.h"
 #include "motion/number/real.h"
 
+MOTION_C_BEGIN
+
 struct motion_key {
     int64_t t_ns_q12; /* increasing; the first is where the track starts */
     int64_t pos_q32;
@@ -204,5 +206,7 @@ enum motion_spline_spacing {
 int motion_spline_space(const int64_t *const pos_q32[], uint32_t axes,
                         uint32_t count, enum motion_spline_spacing spacing,
                         int64_t dur_ns_q12, int64_t t_ns_q12[]);
+
+MOTION_C_END
 
 #endif

@@ -33,6 +33,8 @@
 
 #include "motion/core/track.h"
 
+MOTION_C_BEGIN
+
 /* vel_min < 0 < vel_max and acc_min < 0 < acc_max; jerk > 0 limits both signs.
  * jerk 0: jerk not limited (acceleration steps).  Both acc 0 and jerk 0:
  * acceleration not limited (velocity steps).  jerk_down, when not 0, is the
@@ -143,5 +145,7 @@ int motion_otg_check(const struct motion_otg_move *move,
  * Errors as motion_track_append_poly; the track is then as before. */
 int motion_otg_append(const struct motion_otg_plan *plan,
                       struct motion_track *track);
+
+MOTION_C_END
 
 #endif

@@ -8,6 +8,8 @@
 
 #include "motion/otg/otg.h"
 
+MOTION_C_BEGIN
+
 enum motion_otg_outcome {
     MOTION_OTG_NEW,  /* *next starts now */
     MOTION_OTG_KEPT, /* *next is not written: go on with the old plan */
@@ -83,5 +85,7 @@ int motion_otg_stop(const struct motion_state *start,
 int motion_otg_stop_from(const struct motion_otg_trajectory *old,
                          int64_t t_ns_q12, const struct motion_otg_limit *limit,
                          struct motion_otg_trajectory *next);
+
+MOTION_C_END
 
 #endif

@@ -17,6 +17,8 @@
 
 #include "motion/otg/otg.h"
 
+MOTION_C_BEGIN
+
 #define MOTION_SYNC_AXES 16
 
 enum motion_sync_kind {
@@ -66,5 +68,7 @@ int motion_otg_through(const struct motion_state start[],
                        struct motion_otg_point point[], int points,
                        struct motion_otg_plan plan[], int *failed,
                        struct motion_sync_fault *fault);
+
+MOTION_C_END
 
 #endif

@@ -12,6 +12,8 @@
 #include "motion/plan/move.h"
 #include "motion/plan/plan_bound.h"
 
+MOTION_C_BEGIN
+
 enum plan_violation_kind {
     PLAN_POS_LOW,
     PLAN_POS_HIGH,
@@ -82,5 +84,7 @@ uint32_t plan_check_source(const struct motion_track *track,
                            const struct plan_check_source *source,
                            const struct plan_limit *limit,
                            struct plan_violation *violation, uint32_t capacity);
+
+MOTION_C_END
 
 #endif

@@ -19,6 +19,8 @@
 #include "motion/plan/plan_memo.h"
 #include "motion/plan/plan_progress.h"
 
+MOTION_C_BEGIN
+
 /* What came out beside the tracks. */
 struct plan_outcome {
     bool has_path;
@@ -71,5 +73,7 @@ int plan_move_reserve(struct plan_move *move, uint32_t axes);
 
 /* Everything that the move holds on the heap; zero afterwards. */
 void plan_move_free(struct plan_move *move);
+
+MOTION_C_END
 
 #endif

@@ -15,6 +15,8 @@
 #include "motion/curve/fcurve.h"
 #include "motion/curve/spline.h"
 
+MOTION_C_BEGIN
+
 #define PLAN_NAME_MAX 32      /* bytes with the 0 */
 #define PLAN_KEYS_MAX 1000000 /* per axis */
 #define PLAN_AXES_MAX 64
@@ -289,5 +291,7 @@ void plan_axis_free(struct plan_axis *axis);
  * none. */
 bool plan_axis_remark(const struct plan_axis *axis,
                       const struct motion_track *track, char text[160]);
+
+MOTION_C_END
 
 #endif

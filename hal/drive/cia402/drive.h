@@ -51,6 +51,8 @@
 #include "hal/support/ratio.h"
 #include "hal/support/standstill.h"
 
+MOTION_C_BEGIN
+
 /* Power state, decoded from the statusword. */
 enum cia402_state {
     CIA402_NOT_READY,
@@ -392,5 +394,7 @@ drive_cia402_quirk_find(const struct drive_cia402_quirk *quirk, unsigned count,
                         uint32_t vendor, uint32_t product);
 bool drive_cia402_quirk_is_of(const struct drive_cia402_quirk *quirk,
                               uint32_t vendor, uint32_t product);
+
+MOTION_C_END
 
 #endif

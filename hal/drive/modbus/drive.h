@@ -111,6 +111,8 @@
 #include "hal/support/standstill.h"
 #include "hal/support/text.h"
 
+MOTION_C_BEGIN
+
 #define DRIVE_MODBUS_HISTORY 64 /* set points kept to judge following */
 
 /* What the fields of the group stream can say, in the axis's unit. */
@@ -310,5 +312,7 @@ int drive_modbus_law(const struct drive_modbus_config *config,
  * mode.  The drive is &self->drive. */
 int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
                       const struct drive_modbus_config *config);
+
+MOTION_C_END
 
 #endif

@@ -26,6 +26,8 @@
 #include "hal/drive/moteus/frame.h"
 #include "hal/drive/turn/drive.h"
 
+MOTION_C_BEGIN
+
 struct drive_moteus_config {
     uint8_t id;          /* 1..127 */
     bool switched;       /* data at the faster bit rate */
@@ -60,5 +62,7 @@ void drive_moteus_put_questions(struct hal_can_frame *frame);
 const char *drive_moteus_fault_text(unsigned fault);
 /* Words for a mode, "unknown mode"; never NULL. */
 const char *drive_moteus_mode_text(unsigned mode);
+
+MOTION_C_END
 
 #endif

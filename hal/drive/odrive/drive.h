@@ -38,6 +38,8 @@
 #include "hal/can/bus.h"
 #include "hal/drive/turn/drive.h"
 
+MOTION_C_BEGIN
+
 #define DRIVE_ODRIVE_NODE_MAX 0x3E
 
 enum drive_odrive_family {
@@ -114,5 +116,7 @@ const char *drive_odrive_error_text(enum drive_odrive_family family,
 const char *drive_odrive_state_text(unsigned state);
 /* Words for the result of a procedure (0.6), "unknown result"; never NULL. */
 const char *drive_odrive_result_text(unsigned result);
+
+MOTION_C_END
 
 #endif

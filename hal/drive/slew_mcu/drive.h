@@ -47,6 +47,8 @@
 #include "hal/mcu/piece.h"
 #include "hal/modbus/bus.h"
 
+MOTION_C_BEGIN
+
 #define DRIVE_SLEW_MCU_CLOCKS  32
 #define DRIVE_SLEW_MCU_HISTORY 512 /* set points kept; a power of 2 */
 
@@ -174,5 +176,7 @@ struct drive_slew_mcu {
 int drive_slew_mcu_init(struct drive_slew_mcu *self, struct modbus_bus *bus,
                         struct drive_slew_mcu *first,
                         const struct drive_slew_mcu_config *config);
+
+MOTION_C_END
 
 #endif

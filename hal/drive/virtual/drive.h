@@ -10,6 +10,8 @@
 #include "hal/drive.h"
 #include "hal/fieldbus.h"
 
+MOTION_C_BEGIN
+
 /* What stands in a bus's place: the time of the tick.  Always good. */
 struct drive_virtual_bus {
     struct hal_fieldbus fieldbus;
@@ -28,5 +30,7 @@ void drive_virtual_bus_init(struct drive_virtual_bus *bus);
 /* Off, at pos_q32.  The bus outlives it. */
 void drive_virtual_init(struct drive_virtual *self,
                         const struct drive_virtual_bus *bus, int64_t pos_q32);
+
+MOTION_C_END
 
 #endif

@@ -24,6 +24,8 @@
 
 #include "motion/plan/move.h"
 
+MOTION_C_BEGIN
+
 #define PLAN_FIT_ORDERS      3 /* velocity, acceleration, jerk: order - 1 */
 #define PLAN_FIT_ROUNDS      60
 #define PLAN_FIT_STRETCH_MAX 1e4 /* more than that is refused */
@@ -84,5 +86,7 @@ const char *plan_fit_more(const struct plan_move *move);
 int plan_fit_solve(const struct plan_fit_request *request, struct plan_fit *fit,
                    struct plan_error *error);
 void plan_fit_free(struct plan_fit *fit);
+
+MOTION_C_END
 
 #endif

@@ -28,6 +28,8 @@
 #include "motion/core/shaper.h"
 #include "motion/plan/move.h"
 
+MOTION_C_BEGIN
+
 /* X(name, word, impulses). */
 #define PLAN_SHAPER_LIST(X)                                                    \
     X(PLAN_SHAPER_ZV, "zv", 2)                                                 \
@@ -87,5 +89,7 @@ double plan_shaper_group_delay(const struct plan_shaper *shaper,
  * a delay that the tick does not take. */
 int plan_shaper_to_tick(const struct plan_shaper *shaper, int64_t later_ns_q12,
                         struct motion_shaper *tick);
+
+MOTION_C_END
 
 #endif

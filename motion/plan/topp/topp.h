@@ -30,6 +30,8 @@
 
 #include "motion/core/track.h"
 
+MOTION_C_BEGIN
+
 #define PLAN_TOPP_AXES_MAX      32
 #define PLAN_TOPP_DEGREE_MAX    5
 #define PLAN_TOPP_INTERVALS_MAX 10000000
@@ -103,5 +105,7 @@ double plan_topp_duration(const struct plan_topp *topp);
 /* Before 0 as at 0, after the end as at the end. */
 void plan_topp_at(const struct plan_topp *topp, double t_s,
                   struct plan_topp_state *state);
+
+MOTION_C_END
 
 #endif
