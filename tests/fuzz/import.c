@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "firmware/host/exchange/import.h"
+#include "firmware/host/exchange/import_odd.h"
 #include "firmware/linux/base/disk.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/fuzz_import.h"
@@ -27,7 +28,9 @@ int fuzz_import(const char *format, const uint8_t *data, size_t size)
     static struct imported imported;
     struct import_wish wish = { .rig = &rig,
                                 .fps = { 24, 1 },
-                                .curve = PLAN_CURVE_QUINTIC };
+                                .curve = PLAN_CURVE_QUINTIC,
+                                .has_comma = size % 2 == 1,
+                                .unwrap = size % 3 == 1 };
     char message[YAML_MESSAGE_MAX] = "";
 
     if (rig.axis_count == 0)
@@ -40,7 +43,16 @@ int fuzz_import(const char *format, const uint8_t *data, size_t size)
         fuzz_claim_sentence(path, message);
         return 0;
     }
-    fuzz_import_taken(&imported);
+    if (import_adjust(&wish, &imported, message) == 0)
+        fuzz_import_taken(&imported);
+    else
+        fuzz_claim(message[0] != 0, "an error has a sentence");
+    for (uint32_t i = 0; i < imported.move.axis_count; i++) {
+        const struct plan_axis *axis = &imported.move.axis[i];
+        struct import_odd odd;
+        import_odd(&rig.axis[rig_axis_index(&rig, axis->name)], axis, &odd);
+        fuzz_claim(odd.row < axis->key_count, "an odd row is one of them");
+    }
     move_free(&imported.move);
     return 0;
 }

@@ -65,11 +65,20 @@ static void export_seconds(FILE *file, int64_t t_ns_q12)
 static void export_time(FILE *file, const struct units_fps *fps,
                         int64_t t_ns_q12)
 {
-    const int64_t frame = fps->den != 0 ? import_frame_near(fps, t_ns_q12) : -1;
-    if (frame >= 0 && import_frame_ns_q12(fps, frame) == t_ns_q12)
-        fprintf(file, "frame %" PRId64, frame);
-    else
+    int64_t micro;
+    if (import_frame_at(fps, t_ns_q12, &micro) != t_ns_q12) {
         export_seconds(file, t_ns_q12);
+        return;
+    }
+    const uint64_t size = motion_fixed_abs(micro);
+    char text[32];
+    int n = snprintf(text, sizeof text, "%s%" PRIu64 ".%06" PRIu64,
+                     micro < 0 ? "-" : "", size / 1000000, size % 1000000);
+    while (text[n - 1] == '0')
+        text[--n] = 0;
+    if (text[n - 1] == '.')
+        text[--n] = 0;
+    fprintf(file, "frame %s", text);
 }
 
 static void export_real(FILE *file, struct motion_real value, unsigned bits,

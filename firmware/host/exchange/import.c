@@ -8,7 +8,6 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/quote.h"
-#include "firmware/host/yaml/yaml_fields.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
@@ -55,101 +54,6 @@ void import_format_unknown(const char *name, const char *also,
              quote_list(list, names, count));
 }
 
-static int import_columns_refuse(char message[YAML_MESSAGE_MAX])
-{
-    snprintf(message, YAML_MESSAGE_MAX,
-             "--columns: expected names of axes, with - for a column that is "
-             "left out, such as pan,-,tilt");
-    return -1;
-}
-
-int import_wish_columns(struct import_wish *wish, const char *text,
-                        char message[YAML_MESSAGE_MAX])
-{
-    for (;; text++) {
-        size_t length = strcspn(text, ",");
-        char *name = wish->column[wish->column_count];
-        if (length == 0 || length >= PLAN_NAME_MAX ||
-            wish->column_count + 1 == IMPORT_COLUMNS_MAX)
-            return import_columns_refuse(message);
-        memcpy(name, text, length);
-        name[length] = 0;
-        wish->column_count++;
-        text += length;
-        if (*text == 0)
-            return 0;
-    }
-}
-
-#define IMPORT_NO_AXIS   (-1)
-#define IMPORT_MANY_AXES (-2)
-
-/* The name as it is; else the one that differs only in case. */
-static int import_axis_index(const struct rig *rig, const char *name)
-{
-    int found = IMPORT_NO_AXIS;
-    for (unsigned i = 0; i < rig->axis_count; i++) {
-        if (strcmp(rig->axis[i].name, name) == 0)
-            return (int)i;
-        if (import_text_same(rig->axis[i].name, name))
-            found = found == IMPORT_NO_AXIS ? (int)i : IMPORT_MANY_AXES;
-    }
-    return found;
-}
-
-void import_axis_names(const struct rig *rig, char text[IMPORT_NAMES_MAX])
-{
-    size_t used = 0;
-    text[0] = 0;
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        used += (size_t)snprintf(text + used, IMPORT_NAMES_MAX - used, "%s%s",
-                                 i > 0 ? "," : "", rig->axis[i].name);
-}
-
-static void import_no_axis(const struct import_text *text,
-                           struct plan_place place, const struct rig *rig,
-                           const char *name)
-{
-    const char *names[RIG_AXES_MAX];
-    char quote[QUOTE_MAX], list[QUOTE_LIST_MAX];
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        names[i] = rig->axis[i].name;
-    yaml_report_at(&text->report, place,
-                   "%s is %s, expected %s; --columns says what a column is",
-                   quote_text(quote, name, strlen(name)),
-                   import_axis_index(rig, name) == IMPORT_MANY_AXES
-                       ? "the name of two axes that differ in case"
-                       : "not an axis of the rig",
-                   quote_list(list, names, rig->axis_count));
-}
-
-struct plan_axis *import_add_axis(const struct import_text *text,
-                                  struct plan_place place,
-                                  const struct import_wish *wish,
-                                  struct imported *imported, const char *name)
-{
-    struct plan_move *move = &imported->move;
-    int index = import_axis_index(wish->rig, name);
-    if (index < 0) {
-        import_no_axis(text, place, wish->rig, name);
-        return NULL;
-    }
-    for (unsigned i = 0; i < move->axis_count; i++)
-        if (strcmp(move->axis[i].name, wish->rig->axis[index].name) == 0) {
-            yaml_report_at(&text->report, place,
-                           "axis %s appears twice, expected it once",
-                           move->axis[i].name);
-            return NULL;
-        }
-    if (move->axis == NULL &&
-        plan_move_reserve(move, wish->rig->axis_count) < 0)
-        memory_fail();
-    struct plan_axis *axis = &move->axis[move->axis_count++];
-    *axis = (struct plan_axis){ .curve = wish->curve, .place = place };
-    memcpy(axis->name, wish->rig->axis[index].name, PLAN_NAME_MAX);
-    return axis;
-}
-
 /* Room grows at powers of two. */
 struct plan_key *import_add_key(const struct import_text *text,
                                 struct plan_place place, struct plan_axis *axis)
@@ -181,6 +85,24 @@ int64_t import_frame_near(const struct units_fps *fps, int64_t t_ns_q12)
                               (long double)MOTION_FIXED_S_Q12 *
                               (long double)fps->num / (long double)fps->den;
     return frame < 9e18L && frame > -9e18L ? llroundl(frame) : -1;
+}
+
+int64_t import_frame_at(const struct units_fps *fps, int64_t t_ns_q12,
+                        int64_t *micro)
+{
+    const int64_t den = (int64_t)fps->den, num = (int64_t)fps->num;
+    const long double frame = (long double)t_ns_q12 /
+                              (long double)MOTION_FIXED_S_Q12 *
+                              (long double)num / (long double)den;
+    int64_t at_ns_q12;
+    /* below 2^46, den below 2^16, num below 2^30: products below 2^63 */
+    if (!(frame < 0x1p26L && frame > -0x1p26L) || den == 0 || den > 1 << 16)
+        return INT64_MIN;
+    *micro = llroundl(frame * 1000000);
+    return motion_fixed_muldiv(*micro * den, MOTION_FIXED_S_Q12, num * 1000000,
+                               &at_ns_q12) == MOTION_OK
+               ? at_ns_q12
+               : INT64_MIN;
 }
 
 int64_t import_frame_ns_q12(const struct units_fps *fps, int64_t frame)

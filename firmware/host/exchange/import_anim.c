@@ -1,5 +1,11 @@
 /* firmware/host/exchange/import_anim.c - Maya .anim: keys with tangents.
  *
+ *   file  = statement ...         statement = word ... ;  |  anim  |  block
+ *   block = animData { statement ...  keys { time value in out flags ... ; ... } }
+ *
+ * A statement ends at its ; wherever the line does.  Curves are counted before they
+ * are read, so that --columns can name each of them.
+ *
  * A tangent is an angle whose tangent is the slope in the file's units of value
  * per unit of time; a weight is its length in the same units.  import_anim.h
  * makes curves of them; what those cannot keep is counted and said. */
@@ -82,7 +88,9 @@ struct anim_read {
     bool breakdown; /* keys have the third flag: version 1.1 */
     char leaf[IMPORT_WORD_MAX], node[IMPORT_WORD_MAX];
     bool named, skipped;
-    unsigned curves;
+    unsigned curves; /* begun */
+    unsigned unknown, unknown_line;
+    char unknown_word[IMPORT_NAME_MAX];
     struct import_word end; /* of the file's range, empty: not said */
     /* of the curve that is being read */
     struct import_anim_curve curve;
@@ -105,26 +113,62 @@ static int anim_fail(const struct anim_read *self, const char *what)
                           "%s", what);
 }
 
-/* The next word that must be there. */
-static int anim_word(struct anim_read *self, struct import_word *word)
+/* The next token; one must be there. */
+static int anim_next(struct anim_read *self, struct import_word *word)
 {
-    int found = import_text_word(&self->text, ";", word);
-    if (found == 0)
-        return anim_fail(self, "the line ends, a value is missing");
-    return found;
+    const int found = import_text_token(&self->text, "{};", word);
+
+    return found == 0 ? anim_fail(self, "the file ends within a statement")
+                      : found;
 }
 
-/* The next line's first word; 0 at the end of the file. */
-static int anim_line(struct anim_read *self, struct import_word *word)
+static bool anim_is_mark(const struct import_word *word)
 {
-    while (import_text_filled(&self->text, '#')) {
-        int found = import_text_word(&self->text, ";", word);
-        if (found < 0)
-            return -1;
-        if (found > 0 && strncmp(word->text, "//", 2) != 0)
-            return 1;
+    return strlen(word->text) == 1 && strchr("{};", word->text[0]) != NULL;
+}
+
+/* The next word of the statement; one must be there. */
+static int anim_word(struct anim_read *self, struct import_word *word)
+{
+    if (anim_next(self, word) < 0)
+        return -1;
+    return anim_is_mark(word)
+               ? anim_refuse(self, word->place, word->text,
+                             "the statement ends and a value is missing")
+               : 0;
+}
+
+/* The mark that must be next. */
+static int anim_mark(struct anim_read *self, const char *mark)
+{
+    struct import_word word;
+    char expected[16];
+
+    if (anim_next(self, &word) < 0)
+        return -1;
+    snprintf(expected, sizeof expected, "expected %s", mark);
+    return strcmp(word.text, mark) == 0
+               ? 0
+               : anim_refuse(self, word.place, word.text, expected);
+}
+
+/* A statement whose words are not asked for. */
+static int anim_skip(struct anim_read *self)
+{
+    return import_text_skip(&self->text, ';')
+               ? 0
+               : anim_fail(self, "the file ends within a statement");
+}
+
+/* One that is in no description of the format: it is left, and said. */
+static int anim_unknown(struct anim_read *self, const struct import_word *word)
+{
+    if (self->unknown++ == 0) {
+        self->unknown_line = word->place.line;
+        snprintf(self->unknown_word, sizeof self->unknown_word, "%.40s",
+                 word->text);
     }
-    return 0;
+    return anim_skip(self);
 }
 
 static bool anim_is_number(const char *text)
@@ -305,7 +349,7 @@ static int anim_read_key(struct anim_read *self, const struct import_word *time)
 {
     const struct units_context context = { .unit = self->axis_unit,
                                            .fps = self->out->fps };
-    struct import_word value, extra;
+    struct import_word value;
     struct plan_key *key =
         import_add_key(&self->text, time->place, self->curve.axis);
     if (key == NULL)
@@ -329,10 +373,9 @@ static int anim_read_key(struct anim_read *self, const struct import_word *time)
         key->key.t_ns_q12 <= key[-1].key.t_ns_q12)
         return anim_refuse(self, time->place, time->text,
                            "expected a time later than the one before");
-    if (import_text_word(&self->text, ";", &extra) != 0)
-        return anim_refuse(self, extra.place, extra.text,
-                           "the key should end here");
-    return 0;
+    if (self->out->first[0] == 0)
+        snprintf(self->out->first, IMPORT_NAME_MAX, "%.60s", time->text);
+    return anim_mark(self, ";");
 }
 
 static int anim_settle(struct anim_read *self)
@@ -355,18 +398,22 @@ static int anim_settle(struct anim_read *self)
 static int anim_read_name(struct anim_read *self)
 {
     struct import_word word;
-    int found, names = 0;
+    int names = 0;
     self->leaf[0] = self->node[0] = 0;
-    while ((found = import_text_word(&self->text, ";", &word)) > 0) {
+    for (;;) {
+        if (anim_next(self, &word) < 0)
+            return -1;
+        if (strcmp(word.text, ";") == 0)
+            break;
+        if (anim_is_mark(&word))
+            return anim_refuse(self, word.place, word.text, "expected ;");
         if (anim_is_number(word.text))
             continue;
-        if (names++ == 2)
-            memcpy(self->node, word.text, sizeof self->node);
-        else
-            memcpy(self->leaf, word.text, sizeof self->leaf);
+        memcpy(names++ == 2 ? self->node : self->leaf, word.text,
+               sizeof self->node);
     }
     self->named = true;
-    return found;
+    return 0;
 }
 
 static bool anim_has_axis(const struct anim_read *self, const char *name)
@@ -377,38 +424,81 @@ static bool anim_has_axis(const struct anim_read *self, const char *name)
     return false;
 }
 
-/* By --columns in the file's order, else by the node's name, else by the
- * attribute's. */
-static int anim_open_curve(struct anim_read *self, struct plan_place place)
+/* By the node's name, else by the attribute's. */
+static int anim_add_curve(struct anim_read *self, struct plan_place place)
+{
+    char name[IMPORT_NAME_MAX];
+
+    if (!self->named)
+        return yaml_report_at(&self->text.report, place,
+                              "animData without a line 'anim' before it");
+    self->named = false;
+    snprintf(name, sizeof name, "%.30s%s%.30s", self->node,
+             self->node[0] != 0 ? "." : "", self->leaf);
+    return import_add_column(&self->text, place, self->out, name,
+                             anim_has_axis(self, self->node) ? self->node
+                                                             : self->leaf);
+}
+
+/* Past a block and those within it, or to the end of the file. */
+static int anim_skip_block(struct anim_read *self)
+{
+    struct import_word word;
+    unsigned depth = 0;
+    int found;
+
+    do {
+        found = import_text_token(&self->text, "{};", &word);
+        depth += found > 0 && strcmp(word.text, "{") == 0;
+        depth -= found > 0 && depth > 0 && strcmp(word.text, "}") == 0;
+    } while (found > 0 && depth > 0);
+    return found;
+}
+
+/* All curves there are, before any is read. */
+static int anim_scan(struct anim_read *self)
+{
+    const struct import_text begin = self->text;
+    struct import_word word;
+    int found;
+
+    while ((found = import_text_token(&self->text, "{};", &word)) > 0) {
+        if (strcmp(word.text, "anim") == 0)
+            found = anim_read_name(self);
+        else if (strcmp(word.text, "animData") == 0)
+            found = anim_add_curve(self, word.place) < 0
+                        ? -1
+                        : anim_skip_block(self);
+        else if (!anim_is_mark(&word))
+            (void)import_text_skip(&self->text, ';');
+        if (found < 0)
+            return -1;
+    }
+    if (found < 0 ||
+        (self->out->columns > 0 &&
+         import_name_columns(&self->text, self->wish, self->out) < 0))
+        return -1;
+    self->text = begin;
+    self->named = false;
+    return 0;
+}
+
+static int anim_open_curve(struct anim_read *self)
 {
     const struct import_wish *wish = self->wish;
-    const char *name =
-        anim_has_axis(self, self->node) ? self->node : self->leaf;
-    if (!self->named)
-        return anim_fail(self, "animData without a line 'anim' before it");
-    self->named = false;
-    if (wish->column_count > 0 && self->curves >= wish->column_count)
-        return yaml_report_at(&self->text.report, place,
-                              "curve %u has no axis, expected as many names in "
-                              "--columns as curves",
-                              self->curves + 1);
-    if (wish->column_count > 0)
-        name = wish->column[self->curves];
-    self->curves++;
+    struct import_column *column = &self->out->column[self->curves++];
     self->curve.axis = NULL;
     self->unit = self->linear;
     self->curve.weighted = false;
     self->curve.before = self->curve.after = IMPORT_ANIM_CONSTANT;
     self->tangent_angle = self->angular;
-    self->skipped = strcmp(name, "-") == 0;
+    self->skipped = column->axis < 0;
     if (self->skipped)
         return 0;
-    self->curve.axis =
-        import_add_axis(&self->text, place, wish, self->out, name);
+    self->curve.axis = import_add_axis(&self->text, wish, self->out, column);
     if (self->curve.axis == NULL)
         return -1;
-    self->axis_unit =
-        wish->rig->axis[rig_axis_index(wish->rig, self->curve.axis->name)].unit;
+    self->axis_unit = wish->rig->axis[column->axis].unit;
     return 0;
 }
 
@@ -426,23 +516,32 @@ static int anim_read_output(struct anim_read *self)
     else
         return anim_refuse(self, word.place, word.text,
                            "expected linear, angular or unitless");
-    return 0;
+    snprintf(self->out->column[self->curves - 1].unit, IMPORT_UNIT_MAX, "%s",
+             self->unit);
+    return anim_mark(self, ";");
 }
 
 static int anim_read_keys(struct anim_read *self)
 {
     struct import_word word;
-    int found;
     if (!self->skipped && self->curve.axis->key_count > 0)
         return anim_fail(self,
                          "the curve has keys already, expected them once");
-    while ((found = anim_line(self, &word)) > 0) {
+    if (anim_mark(self, "{") < 0)
+        return -1;
+    for (;;) {
+        if (import_text_token(&self->text, "{};", &word) <= 0)
+            return anim_fail(self, "the file ends within keys");
         if (strcmp(word.text, "}") == 0)
             return self->skipped ? 0 : anim_settle(self);
-        if (!self->skipped && anim_read_key(self, &word) < 0)
+        if (strcmp(word.text, "{") == 0)
+            return anim_refuse(self, word.place, word.text, "expected a key");
+        if (strcmp(word.text, ";") == 0)
+            continue;
+        if (self->skipped ? anim_skip(self) < 0
+                          : anim_read_key(self, &word) < 0)
             return -1;
     }
-    return found < 0 ? -1 : anim_fail(self, "the file ends within keys");
 }
 
 static int anim_read_infinity(struct anim_read *self,
@@ -459,45 +558,74 @@ static int anim_read_infinity(struct anim_read *self,
                        "oscillate");
 }
 
+static int anim_read_weighted(struct anim_read *self)
+{
+    struct import_word word;
+    if (anim_word(self, &word) < 0)
+        return -1;
+    self->curve.weighted = strcmp(word.text, "1") == 0;
+    if (!self->curve.weighted && strcmp(word.text, "0") != 0)
+        return anim_refuse(self, word.place, word.text, "expected 0 or 1");
+    return 0;
+}
+
+static int anim_read_input(struct anim_read *self)
+{
+    struct import_word word;
+    if (anim_word(self, &word) < 0)
+        return -1;
+    return strcmp(word.text, "time") == 0
+               ? 0
+               : anim_refuse(self, word.place, word.text,
+                             "expected curves over time");
+}
+
 static int anim_read_member(struct anim_read *self,
                             const struct import_word *key)
 {
     struct import_word word;
+    int err;
     if (strcmp(key->text, "output") == 0)
         return anim_read_output(self);
-    if (strcmp(key->text, "tangentAngleUnit") == 0)
-        return anim_read_unit(self, &self->tangent_angle);
     if (strcmp(key->text, "keys") == 0)
         return anim_read_keys(self);
-    if (anim_word(self, &word) < 0)
-        return -1;
-    if (strcmp(key->text, "weighted") == 0)
-        self->curve.weighted = strcmp(word.text, "0") != 0;
-    else if (strcmp(key->text, "input") == 0 && strcmp(word.text, "time") != 0)
-        return anim_refuse(self, word.place, word.text,
-                           "expected curves over time");
+    if (strcmp(key->text, "tangentAngleUnit") == 0)
+        err = anim_read_unit(self, &self->tangent_angle);
+    else if (strcmp(key->text, "weighted") == 0)
+        err = anim_read_weighted(self);
+    else if (strcmp(key->text, "input") == 0)
+        err = anim_read_input(self);
     else if (strcmp(key->text, "preInfinity") == 0)
-        return anim_read_infinity(self, &word, &self->curve.before);
+        err = anim_word(self, &word) < 0
+                  ? -1
+                  : anim_read_infinity(self, &word, &self->curve.before);
     else if (strcmp(key->text, "postInfinity") == 0)
-        return anim_read_infinity(self, &word, &self->curve.after);
-    return 0;
+        err = anim_word(self, &word) < 0
+                  ? -1
+                  : anim_read_infinity(self, &word, &self->curve.after);
+    else
+        return anim_unknown(self, key);
+    return err < 0 ? -1 : anim_mark(self, ";");
 }
 
-static int anim_read_curve(struct anim_read *self, struct plan_place place)
+static int anim_read_curve(struct anim_read *self)
 {
     struct import_word word;
-    int found;
-    if (anim_open_curve(self, place) < 0)
+    if (anim_open_curve(self) < 0 || anim_mark(self, "{") < 0)
         return -1;
-    while ((found = anim_line(self, &word)) > 0) {
+    for (;;) {
+        if (import_text_token(&self->text, "{};", &word) <= 0)
+            return anim_fail(self, "the file ends within animData");
         if (strcmp(word.text, "}") == 0)
             return self->skipped || self->curve.axis->key_count > 0
                        ? 0
                        : anim_fail(self, "the curve has no keys");
-        if (strcmp(word.text, "{") != 0 && anim_read_member(self, &word) < 0)
+        if (strcmp(word.text, "{") == 0)
+            return anim_refuse(self, word.place, word.text,
+                               "expected a statement");
+        if (strcmp(word.text, ";") != 0 && anim_read_member(self, &word) < 0)
             return -1;
     }
-    return found < 0 ? -1 : anim_fail(self, "the file ends within animData");
 }
 
 /* --- the file --- */
@@ -505,36 +633,65 @@ static int anim_read_curve(struct anim_read *self, struct plan_place place)
 static int anim_read_version(struct anim_read *self)
 {
     struct import_word word;
-    if (anim_line(self, &word) <= 0 || strcmp(word.text, "animVersion") != 0)
+    if (import_text_token(&self->text, "{};", &word) <= 0 ||
+        strcmp(word.text, "animVersion") != 0)
         return yaml_report_at(&self->text.report, (struct plan_place){ 1, 1 },
                               "the file does not begin with 'animVersion'");
     if (anim_word(self, &word) < 0)
         return -1;
     self->breakdown = strcmp(word.text, "1.0") != 0;
-    return 0;
+    return anim_mark(self, ";");
+}
+
+static bool anim_is_silent(const char *word)
+{
+    static const char *const silent[] = { "mayaVersion", "mayaSceneFile",
+                                          "startTime",   "startUnitless",
+                                          "endUnitless", "" };
+    size_t i = 0;
+
+    while (silent[i][0] != 0 && strcmp(word, silent[i]) != 0)
+        i++;
+    return silent[i][0] != 0;
+}
+
+static int anim_read_statement(struct anim_read *self,
+                               const struct import_word *word)
+{
+    int err;
+    if (strcmp(word->text, "anim") == 0)
+        return anim_read_name(self);
+    if (strcmp(word->text, "animData") == 0)
+        return anim_read_curve(self);
+    if (anim_is_silent(word->text))
+        return anim_skip(self);
+    if (strcmp(word->text, "timeUnit") == 0)
+        err = anim_read_time_unit(self);
+    else if (strcmp(word->text, "linearUnit") == 0)
+        err = anim_read_unit(self, &self->linear);
+    else if (strcmp(word->text, "angularUnit") == 0)
+        err = anim_read_unit(self, &self->angular);
+    else if (strcmp(word->text, "endTime") == 0)
+        err = anim_word(self, &self->end);
+    else
+        return anim_unknown(self, word);
+    return err < 0 ? -1 : anim_mark(self, ";");
 }
 
 static int anim_read_file(struct anim_read *self)
 {
     struct import_word word;
     int found, err = anim_read_version(self);
-    while (err == 0 && (found = anim_line(self, &word)) != 0) {
+    if (err == 0)
+        err = anim_scan(self);
+    while (err == 0 &&
+           (found = import_text_token(&self->text, "{};", &word)) != 0) {
         if (found < 0)
             return -1;
-        if (strcmp(word.text, "timeUnit") == 0)
-            err = anim_read_time_unit(self);
-        else if (strcmp(word.text, "linearUnit") == 0)
-            err = anim_read_unit(self, &self->linear);
-        else if (strcmp(word.text, "angularUnit") == 0)
-            err = anim_read_unit(self, &self->angular);
-        else if (strcmp(word.text, "endTime") == 0)
-            err = anim_word(self, &self->end) < 0 ? -1 : 0;
-        else if (strcmp(word.text, "anim") == 0)
-            err = anim_read_name(self);
-        else if (strcmp(word.text, "animData") == 0)
-            err = anim_read_curve(self, word.place);
-        else if (strcmp(word.text, "}") == 0 || strcmp(word.text, "{") == 0)
-            err = anim_refuse(self, word.place, word.text, "nothing is open");
+        if (strcmp(word.text, "}") == 0 || strcmp(word.text, "{") == 0)
+            return anim_refuse(self, word.place, word.text, "nothing is open");
+        if (strcmp(word.text, ";") != 0)
+            err = anim_read_statement(self, &word);
     }
     if (err == 0 && self->out->move.axis_count == 0)
         return anim_fail(self, "there are no curves with axes");
@@ -607,6 +764,13 @@ static void anim_note(const struct anim_read *self)
             used += (size_t)snprintf(note + used, IMPORT_NOTE_MAX - used,
                                      "%s%u %s", used > 0 ? ", " : "",
                                      lost[i].count, lost[i].what);
+    if (self->unknown > 0)
+        snprintf(note + used, IMPORT_NOTE_MAX - used,
+                 "%s%u %s of a kind that is not known, the first '%s' in line "
+                 "%u",
+                 used > 0 ? ", " : "", self->unknown,
+                 number_word(self->unknown, "statement", "statements"),
+                 self->unknown_word, self->unknown_line);
 }
 
 int import_anim(const struct files *files, const char *path,
@@ -619,7 +783,7 @@ int import_anim(const struct files *files, const char *path,
                                 .linear = "cm",
                                 .angular = "deg",
                                 .time_unit = "" };
-    *imported = (struct imported){ .fps = { 24, 1 } };
+    *imported = (struct imported){ .fps = { 24, 1 }, .column_word = "curve" };
     int err =
         import_text_load(&self->text, files, path, message, YAML_MESSAGE_MAX);
     self->text.progress = wish->progress;

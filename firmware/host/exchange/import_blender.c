@@ -348,6 +348,8 @@ static int blender_read_unit(void *reader, const struct yaml_value *value,
     if (yaml_value_choice(value, unit, ARRAY_LEN(unit), &index) < 0)
         return -1;
     self->unit = index == 0 ? "" : unit[index];
+    snprintf(self->out->column[self->curves - 1].unit, IMPORT_UNIT_MAX, "%s",
+             self->unit);
     if (!blender_unit_fits(self->unit, self->units.unit))
         return yaml_value_refuse(
             value, "'%s' does not fit axis %s, whose unit is %s", self->unit,
@@ -401,31 +403,41 @@ static int blender_peek_name(struct blender_read *self,
     return yaml_value_refuse(curve, "has no 'name'");
 }
 
-/* 1: left out. */
-static int blender_open(struct blender_read *self,
-                        const struct yaml_value *curve)
+/* All curves there are, before any is read. */
+static int blender_name_curves(struct blender_read *self,
+                               const struct yaml_value *first, uint32_t count)
 {
-    const struct plan_place place = yaml_tree_place(curve->tree, curve->node);
-    const struct import_wish *wish = self->wish;
+    struct yaml_value curve = *first;
     char name[BLENDER_CURVE_NAME];
 
-    if (blender_peek_name(self, curve) < 0)
-        return -1;
-    blender_axis_name(self, name);
-    if (wish->column_count > 0 && self->curves >= wish->column_count)
-        return yaml_value_refuse(curve, "%u has no axis", self->curves + 1);
-    if (wish->column_count > 0)
-        snprintf(name, sizeof name, "%s", wish->column[self->curves]);
-    self->curves++;
-    if (strcmp(name, "-") == 0)
-        return 1;
-    self->axis = import_add_axis(&self->text, place, wish, self->out, name);
+    for (uint32_t i = 0; i < count; i++) {
+        if (blender_peek_name(self, &curve) < 0)
+            return -1;
+        blender_axis_name(self, name);
+        if (import_add_column(&self->text,
+                              yaml_tree_place(curve.tree, curve.node),
+                              self->out, self->name, name) < 0)
+            return -1;
+        curve.node = yaml_value_node(&curve)->next;
+    }
+    return import_name_columns(&self->text, self->wish, self->out);
+}
+
+/* false: left out.  NULL axis: refused. */
+static bool blender_open(struct blender_read *self)
+{
+    const struct import_wish *wish = self->wish;
+    struct import_column *column = &self->out->column[self->curves++];
+
+    self->axis = NULL;
+    if (column->axis < 0)
+        return false;
+    self->axis = import_add_axis(&self->text, wish, self->out, column);
     if (self->axis == NULL)
-        return -1;
+        return true;
     self->axis->curve = PLAN_CURVE_BEZIER;
-    self->units.unit =
-        wish->rig->axis[rig_axis_index(wish->rig, self->axis->name)].unit;
-    return 0;
+    self->units.unit = wish->rig->axis[column->axis].unit;
+    return true;
 }
 
 static bool blender_has_aligned(const struct plan_axis *axis)
@@ -467,27 +479,23 @@ static int blender_read_curves(void *reader, const struct yaml_value *value,
 {
     struct blender_read *self = reader;
     struct yaml_value item = { value->tree, yaml_value_node(value)->first,
-                               "curve",
-                               "as many names in --columns as curves" };
+                               "curve", "a map with name, unit and keys" };
     uint32_t count;
 
     (void)out;
-    if (yaml_value_list(value, 1, IMPORT_COLUMNS_MAX, &count) < 0)
+    if (yaml_value_list(value, 1, IMPORT_COLUMNS_MAX, &count) < 0 ||
+        blender_name_curves(self, &item, count) < 0)
         return -1;
     for (uint32_t i = 0; i < count; i++) {
-        const int left_out = blender_open(self, &item);
-
-        if (left_out < 0)
-            return -1;
-        if (!left_out && (yaml_fields_read(&item, &blender_curve_shape, self,
-                                           &self->axis->bezier) < 0 ||
-                          blender_close(self, &item) < 0))
+        if (blender_open(self) &&
+            (self->axis == NULL ||
+             yaml_fields_read(&item, &blender_curve_shape, self,
+                              &self->axis->bezier) < 0 ||
+             blender_close(self, &item) < 0))
             return -1;
         item.node = yaml_value_node(&item)->next;
     }
-    return self->out->move.axis_count > 0
-               ? 0
-               : yaml_value_refuse(value, "are all left out");
+    return 0;
 }
 
 /* --- the file ------------------------------------------------------------- */
@@ -598,7 +606,7 @@ int import_blender(const struct files *files, const char *path,
     struct yaml_tree tree;
     int err;
 
-    *imported = (struct imported){ .note = "" };
+    *imported = (struct imported){ .column_word = "curve" };
     plan_progress_tell(wish->progress, "reading", path, 0, 0);
     if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;

@@ -12,9 +12,10 @@
 #include "motion/core/fixed.h"
 #include "motion/plan/plan_error.h"
 
-#define FIT_REST_Q32 4295 /* 10^-6 unit */
-#define FIT_FOUND    256  /* violations that are looked at */
-#define FIT_CURABLE  2
+#define FIT_REST_Q32  4295 /* 10^-6 unit */
+#define FIT_FOUND     256  /* violations that are looked at */
+#define FIT_CURABLE   2
+#define FIT_WORST_MAX 160
 
 /* Those that go through every key and need nothing but positions, the most
  * local one first. */
@@ -160,6 +161,35 @@ static int fit_goals(const struct rig *rig, struct plan_axis *axis,
     return MOTION_OK;
 }
 
+/* Of an axis that breaks a limit: the curve that it takes or could take, and what is
+ * against all of them. */
+static void fit_choose(const struct import_wish *wish, bool sampled,
+                       const struct plan_axis *axis, int over,
+                       struct import_fit *fit)
+{
+    const struct rig *rig = wish->rig;
+    const bool is_free = sampled && !wish->has_curve;
+
+    if (sampled != wish->has_curve)
+        fit->changed =
+            fit_search(rig, axis, sampled ? fit_curves : &wish->curve,
+                       sampled ? ARRAY_LEN(fit_curves) : 1, 0, &fit->other);
+    if (!fit->changed && !is_free)
+        fit->has_other = fit_search(rig, axis, fit_curves,
+                                    ARRAY_LEN(fit_curves), 0, &fit->other);
+    if (fit->changed || fit->has_other)
+        return;
+    if (sampled)
+        import_odd(&rig->axis[rig_axis_index(rig, axis->name)], axis,
+                   &fit->odd);
+    if (fit->odd.kind != IMPORT_ODD_NONE)
+        return;
+    if (is_free && over != FIT_CURABLE)
+        fit->changed = fit_search(rig, axis, fit_curves, ARRAY_LEN(fit_curves),
+                                  FIT_CURABLE, &fit->other);
+    fit->needs_time = fit->changed || over == FIT_CURABLE;
+}
+
 int import_fit(const struct import_wish *wish, bool sampled,
                struct plan_axis *axis, struct import_fit *fit,
                struct plan_error *error)
@@ -178,26 +208,15 @@ int import_fit(const struct import_wish *wish, bool sampled,
     fit->passes = over == 0;
     if (fit->passes || fit->kept > 0)
         return MOTION_OK;
-    if (sampled != wish->has_curve)
-        fit->changed =
-            fit_search(wish->rig, axis, sampled ? fit_curves : &wish->curve,
-                       sampled ? ARRAY_LEN(fit_curves) : 1, 0, &fit->other);
-    if (!fit->changed && sampled && !wish->has_curve && over != FIT_CURABLE)
-        fit->changed = fit->needs_time =
-            fit_search(wish->rig, axis, fit_curves, ARRAY_LEN(fit_curves),
-                       FIT_CURABLE, &fit->other);
+    fit_choose(wish, sampled, axis, over, fit);
     if (fit->changed)
         (void)fit_bare(axis, fit->other);
-    else
-        fit->has_other = fit_search(wish->rig, axis, fit_curves,
-                                    ARRAY_LEN(fit_curves), 0, &fit->other);
-    fit->needs_time |= !fit->changed && !fit->has_other && over == FIT_CURABLE;
     return MOTION_OK;
 }
 
 /* "jerk, -709.3 mm/s3 at 3.625 s" */
 static void fit_worst(const struct import_fit *fit, enum units_axis unit,
-                      char text[IMPORT_FIT_MAX / 2])
+                      char text[FIT_WORST_MAX])
 {
     const enum job_violation_kind kind =
         (enum job_violation_kind)fit->worst.kind;
@@ -206,9 +225,8 @@ static void fit_worst(const struct import_fit *fit, enum units_axis unit,
 
     number_short(value, fit->worst.value, 32);
     number_seconds(seconds, fit->worst.t_ns_q12);
-    snprintf(text, IMPORT_FIT_MAX / 2, "%s, %s %s at %s s",
-             job_violation_text(kind), value, number_unit(per, unit, order),
-             seconds);
+    snprintf(text, FIT_WORST_MAX, "%s, %s %s at %s s", job_violation_text(kind),
+             value, number_unit(per, unit, order), seconds);
 }
 
 void import_fit_text(const struct import_fit *fit, const struct rig *rig,
@@ -219,7 +237,7 @@ void import_fit_text(const struct import_fit *fit, const struct rig *rig,
     const char *other = plan_curve_rules(fit->other)->name;
     const char *cure =
         fit->needs_time ? "; it is too fast, which slew fit cures" : "";
-    char worst[IMPORT_FIT_MAX / 2];
+    char worst[FIT_WORST_MAX], odd[IMPORT_ODD_MAX];
 
     text[0] = 0;
     if (fit->passes && fit->kept > 0)
@@ -230,6 +248,7 @@ void import_fit_text(const struct import_fit *fit, const struct rig *rig,
     if (fit->passes)
         return;
     fit_worst(fit, on->unit, worst);
+    import_odd_text(&fit->odd, on, axis, odd);
     if (fit->changed)
         snprintf(text, IMPORT_FIT_MAX,
                  "%s: %s through the positions, because %s breaks a limit: "
@@ -242,6 +261,7 @@ void import_fit_text(const struct import_fit *fit, const struct rig *rig,
     else
         snprintf(text, IMPORT_FIT_MAX,
                  "%s: %s breaks a limit, and so does every curve through "
-                 "these keys: %s%s",
-                 axis->name, as_read, worst, cure);
+                 "these keys: %s%s%s%s",
+                 axis->name, as_read, worst, cure, odd[0] != 0 ? "; " : "",
+                 odd);
 }

@@ -5,7 +5,8 @@
  * where the jerk changes within one, the curve that was meant for the samples
  * makes more of it than the move had.  Such an axis takes the first curve of a
  * list that passes.  Keys with tangents are what somebody drew: they stay, and
- * the curve that would pass is named, for --curve.
+ * the curve that would pass is named, for --curve.  Where no curve passes, a row that
+ * cannot be meant is looked for: neither time nor another curve cures that.
  *
  * An axis whose drive goes from key to key by its own profile has no motion that a
  * file could say: it keeps the keys at which it leaves a place where it rested,
@@ -14,6 +15,7 @@
 #define FIRMWARE_HOST_EXCHANGE_IMPORT_FIT_H
 
 #include "firmware/host/exchange/import.h"
+#include "firmware/host/exchange/import_odd.h"
 #include "motion/plan/check.h"
 
 struct import_fit {
@@ -23,6 +25,8 @@ struct import_fit {
     bool needs_time; /* what was taken is too fast, and nothing else */
     enum plan_curve curve, other; /* as it was read, and one that passes */
     struct plan_violation worst;  /* the first of the curve as it was read */
+    struct import_odd
+        odd;           /* of samples that no curve meets inside the limits */
     uint32_t kept, of; /* keys, of an axis that goes by its drive's profile */
 };
 
@@ -39,7 +43,7 @@ int import_fit(const struct import_wish *wish, bool sampled,
 
 /* "dolly: c4 through the positions, because quintic breaks a limit: jerk,
  * -709.3 mm/s3 at 3.625 s"; empty when it passes. */
-#define IMPORT_FIT_MAX 320
+#define IMPORT_FIT_MAX (320 + IMPORT_ODD_MAX)
 void import_fit_text(const struct import_fit *fit, const struct rig *rig,
                      const struct plan_axis *axis, char text[IMPORT_FIT_MAX]);
 

@@ -36,36 +36,22 @@ struct ros_read {
 
 /* --- joints --- */
 
-static const struct rig_axis *ros_rig_axis(const struct ros_read *self,
-                                           const char *name)
+static int ros_joint(struct ros_read *self, struct import_column *column)
 {
-    for (unsigned i = 0; i < self->wish->rig->axis_count; i++)
-        if (strcmp(self->wish->rig->axis[i].name, name) == 0)
-            return &self->wish->rig->axis[i];
-    return NULL;
-}
+    struct ros_joint *joint = &self->joint[self->joints++];
 
-static int ros_joint(struct ros_read *self, const struct yaml_value *value)
-{
-    const struct import_wish *wish = self->wish;
-    const struct plan_place place = yaml_tree_place(value->tree, value->node);
-    struct ros_joint *joint = &self->joint[self->joints];
-    const char *name = yaml_value_text(value);
-    if (name == NULL)
-        return -1;
-    if (wish->column_count > 0)
-        name = wish->column[self->joints];
-    self->joints++;
-    if (strcmp(name, "-") == 0)
+    if (column->axis < 0)
         return 0;
-    joint->axis = import_add_axis(&self->text, place, wish, self->out, name);
+    joint->axis = import_add_axis(&self->text, self->wish, self->out, column);
     if (joint->axis == NULL)
         return -1;
-    joint->unit = ros_rig_axis(self, joint->axis->name)->unit;
+    joint->unit = self->wish->rig->axis[column->axis].unit;
+    snprintf(column->unit, sizeof column->unit, "%s",
+             joint->unit == UNITS_AXIS_MM ? "m" : "rad");
     if (joint->unit < UNITS_AXIS_COUNT)
         return 0;
     return yaml_report_at(
-        &self->text.report, place,
+        &self->text.report, column->place,
         "axis %s is in counts, expected one in mm, deg, rad or "
         "rev: ROS has metres and radians",
         joint->axis->name);
@@ -77,12 +63,19 @@ static int ros_joints(struct ros_read *self, const struct yaml_value *list)
     uint32_t count;
     if (yaml_value_list(list, 1, IMPORT_COLUMNS_MAX, &count) < 0)
         return -1;
-    if (self->wish->column_count > 0 && self->wish->column_count != count)
-        return yaml_value_refuse(list, "has %u joints and --columns %u names",
-                                 count, self->wish->column_count);
     for (item.node = yaml_value_node(list)->first; item.node != 0;
-         item.node = yaml_value_node(&item)->next)
-        if (ros_joint(self, &item) < 0)
+         item.node = yaml_value_node(&item)->next) {
+        const char *name = yaml_value_text(&item);
+        if (name == NULL ||
+            import_add_column(&self->text,
+                              yaml_tree_place(item.tree, item.node), self->out,
+                              name, name) < 0)
+            return -1;
+    }
+    if (import_name_columns(&self->text, self->wish, self->out) < 0)
+        return -1;
+    for (uint32_t i = 0; i < count; i++)
+        if (ros_joint(self, &self->out->column[i]) < 0)
             return -1;
     return 0;
 }
@@ -286,8 +279,6 @@ static int ros_message(struct ros_read *self, const struct yaml_tree *tree)
                                  names.node == 0 ? names.name : points.name);
     if (ros_joints(self, &names) < 0 || ros_points(self, &points) < 0)
         return -1;
-    if (self->out->move.axis_count == 0)
-        return yaml_value_refuse(&names, "are all left out");
     ros_choose_curve(self);
     return 0;
 }
@@ -303,7 +294,7 @@ int import_ros(const struct files *files, const char *path,
     struct yaml_tree tree;
     int err;
 
-    *imported = (struct imported){ .fps = wish->fps };
+    *imported = (struct imported){ .fps = wish->fps, .column_word = "joint" };
     if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     err = ros_message(&self, &tree);

@@ -2,32 +2,25 @@
  * frame.
  *
  * Kuper ASCII, Flair ascii, Dragonframe raw and CSV differ in what stands above
- * the numbers.  Each head says what every column is; the rows are read by one
- * loop.  Numbers are in the axes' own units. */
+ * the numbers.  Each head names every column, import_columns.c says what that is,
+ * and the rows are read by one loop.  Numbers are in the axes' own units where the
+ * name of a column has no other. */
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/host/base/array.h"
+#include "firmware/host/base/decimal.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/exchange/import.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-enum table_kind {
-    TABLE_POS,
-    TABLE_VEL,
-    TABLE_ACC,
-    TABLE_FRAME,
-    TABLE_SECONDS,
-    TABLE_NS,
-    TABLE_SKIP,
-};
-
 struct table_column {
-    enum table_kind kind;
-    struct plan_axis *axis; /* of POS, VEL, ACC */
+    enum import_part part;
+    struct plan_axis *axis; /* of a position, velocity or acceleration */
     enum units_axis unit;
+    char after[IMPORT_UNIT_MAX + 1]; /* the unit behind its numbers; "": own */
 };
 
 struct table_read {
@@ -35,13 +28,13 @@ struct table_read {
     const struct import_wish *wish;
     struct imported *out;
     struct table_column column[IMPORT_COLUMNS_MAX];
-    unsigned columns;
-    unsigned positions; /* columns with axes, so far */
-    char separator;     /* of cells; 0: blanks and commas */
+    struct import_word cell[IMPORT_COLUMNS_MAX + 1]; /* of a row */
+    char separator; /* of cells; 0: blanks and commas */
     const char *separators;
     int64_t rows, rows_said; /* -1: not said */
     int64_t first_ns_q12, last_ns_q12;
-    bool timed;
+    struct import_column *time; /* the column of times; NULL: none */
+    unsigned decimals;          /* of its numbers, at most */
 };
 
 static int table_fail(const struct table_read *self, const char *what)
@@ -52,174 +45,165 @@ static int table_fail(const struct table_read *self, const char *what)
 
 /* --- columns --- */
 
-static int table_add(struct table_read *self, struct plan_place place,
-                     struct table_column column)
+static int table_add(struct table_read *self, const struct import_word *word)
 {
-    if (self->columns == IMPORT_COLUMNS_MAX)
-        return yaml_report_at(&self->text.report, place,
-                              "there are more than %d columns",
-                              IMPORT_COLUMNS_MAX);
-    self->column[self->columns++] = column;
+    return import_add_column(&self->text, word->place, self->out, word->text,
+                             word->text);
+}
+
+static struct plan_axis *table_axis(const struct table_read *self, int axis)
+{
+    struct plan_move *move = &self->out->move;
+
+    for (unsigned i = 0; i < move->axis_count; i++)
+        if (strcmp(move->axis[i].name, self->wish->rig->axis[axis].name) == 0)
+            return &move->axis[i];
+    return NULL;
+}
+
+static int table_take_time(struct table_read *self,
+                           struct import_column *column)
+{
+    char first[IMPORT_NAME_MAX];
+
+    if (self->time == NULL) {
+        self->time = column;
+        return 0;
+    }
+    snprintf(first, sizeof first, "%s", self->time->name);
+    return yaml_report_at(&self->text.report, column->place,
+                          "'%s' is a second column of times beside '%s', "
+                          "expected one: --columns names what each column is",
+                          column->name, first);
+}
+
+/* Positions first, so that velocities find theirs. */
+static int table_take_columns(struct table_read *self, bool positions)
+{
+    const struct import_wish *wish = self->wish;
+
+    for (unsigned i = 0; i < self->out->columns; i++) {
+        struct import_column *column = &self->out->column[i];
+        struct table_column *to = &self->column[i];
+        if ((column->part == IMPORT_POSITION) != positions)
+            continue;
+        to->part = column->part;
+        snprintf(to->after, sizeof to->after, "%s%s",
+                 column->unit[0] != 0 ? " " : "", column->unit);
+        if (column->part >= IMPORT_FRAMES && column->part <= IMPORT_TIMECODES &&
+            table_take_time(self, column) < 0)
+            return -1;
+        if (column->axis < 0)
+            continue;
+        to->unit = wish->rig->axis[column->axis].unit;
+        to->axis = positions
+                       ? import_add_axis(&self->text, wish, self->out, column)
+                       : table_axis(self, column->axis);
+        if (to->axis == NULL && positions)
+            return -1;
+        if (to->axis == NULL)
+            return yaml_report_at(&self->text.report, column->place,
+                                  "'%s' is of axis %s, whose positions are in "
+                                  "no column",
+                                  column->name,
+                                  wish->rig->axis[column->axis].name);
+    }
     return 0;
 }
 
-/* A column of positions, by its name or by what the user said of it. */
-static int table_add_axis(struct table_read *self, struct plan_place place,
-                          const char *name)
+static int table_columns(struct table_read *self)
 {
-    const struct import_wish *wish = self->wish;
-    struct table_column column = { .kind = TABLE_POS };
-    if (wish->column_count > 0) {
-        if (self->positions >= wish->column_count)
-            return yaml_report_at(&self->text.report, place,
-                                  "column %u has no axis, expected as many "
-                                  "names in --columns as columns",
-                                  self->positions + 1);
-        name = wish->column[self->positions];
-    }
-    self->positions++;
-    if (strcmp(name, "-") == 0) {
-        column.kind = TABLE_SKIP;
-        return table_add(self, place, column);
-    }
-    column.axis = import_add_axis(&self->text, place, wish, self->out, name);
-    if (column.axis == NULL)
+    if (import_name_columns(&self->text, self->wish, self->out) < 0 ||
+        table_take_columns(self, true) < 0)
         return -1;
-    column.unit =
-        wish->rig->axis[rig_axis_index(wish->rig, column.axis->name)].unit;
-    return table_add(self, place, column);
-}
-
-static const struct {
-    const char *name;
-    enum table_kind kind;
-} table_time[] = {
-    { "frame", TABLE_FRAME },    { "t", TABLE_SECONDS },
-    { "time", TABLE_SECONDS },   { "t_s", TABLE_SECONDS },
-    { "time_s", TABLE_SECONDS }, { "t_ns", TABLE_NS },
-};
-
-bool import_is_time(const char *name)
-{
-    for (size_t i = 0; i < ARRAY_LEN(table_time); i++)
-        if (import_text_same(name, table_time[i].name))
-            return true;
-    return false;
-}
-
-static bool table_has_axis(const struct table_read *self, const char *name)
-{
-    for (unsigned i = 0; i < self->wish->rig->axis_count; i++)
-        if (strcmp(self->wish->rig->axis[i].name, name) == 0)
-            return true;
-    return false;
-}
-
-static int table_add_named(struct table_read *self,
-                           const struct import_word *word)
-{
-    if (import_is_time(word->text) && table_has_axis(self, word->text))
-        return yaml_report_at(&self->text.report, word->place,
-                              "'%s' is an axis of the rig and a column of "
-                              "times, expected another name",
-                              word->text);
-    for (size_t i = 0; i < ARRAY_LEN(table_time); i++) {
-        if (!import_text_same(word->text, table_time[i].name))
-            continue;
-        if (self->timed)
-            return yaml_report_at(&self->text.report, word->place,
-                                  "there is a second column of times");
-        self->timed = true;
-        return table_add(self, word->place,
-                         (struct table_column){ .kind = table_time[i].kind });
-    }
-    return table_add_axis(self, word->place, word->text);
-}
-
-/* "pan_deg" is pan, "pan_deg_s" its velocity, "pan_deg_s2" its acceleration, as
- * slew sample names them. */
-static int table_add_csv(struct table_read *self, struct import_word *word)
-{
-    struct imported *out = self->out;
-    for (unsigned i = 0; i < self->wish->rig->axis_count; i++) {
-        const struct rig_axis *rig = &self->wish->rig->axis[i];
-        char stem[2 * PLAN_NAME_MAX];
-        int n = snprintf(stem, sizeof stem, "%s_%s", rig->name,
-                         units_axis_text(rig->unit));
-        if (strncmp(word->text, stem, (size_t)n) != 0)
-            continue;
-        const char *rest = word->text + n;
-        struct table_column column = { .unit = rig->unit };
-        if (rest[0] == 0) {
-            return table_add_axis(self, word->place, rig->name);
-        }
-        column.kind = strcmp(rest, "_s") == 0    ? TABLE_VEL
-                      : strcmp(rest, "_s2") == 0 ? TABLE_ACC
-                                                 : TABLE_SKIP;
-        for (unsigned k = 0; k < out->move.axis_count; k++)
-            if (strcmp(out->move.axis[k].name, rig->name) == 0)
-                column.axis = &out->move.axis[k];
-        if (column.kind != TABLE_SKIP && column.axis != NULL &&
-            self->wish->column_count == 0)
-            return table_add(self, word->place, column);
-    }
-    return table_add_named(self, word);
+    return table_take_columns(self, false);
 }
 
 /* Velocities must be there with accelerations, and then the curve is quintic
  * through all of them. */
 static void table_choose_curve(struct table_read *self)
 {
-    for (unsigned i = 0; i < self->columns; i++)
-        if (self->column[i].kind == TABLE_ACC)
+    for (unsigned i = 0; i < self->out->columns; i++)
+        if (self->column[i].part == IMPORT_ACCELERATION)
             self->column[i].axis->curve = PLAN_CURVE_QUINTIC;
-        else if (self->column[i].kind == TABLE_VEL)
+        else if (self->column[i].part == IMPORT_VELOCITY)
             self->column[i].axis->curve = PLAN_CURVE_HERMITE;
-    for (unsigned i = 0; i < self->columns; i++)
-        if (self->column[i].kind == TABLE_ACC)
+    for (unsigned i = 0; i < self->out->columns; i++)
+        if (self->column[i].part == IMPORT_ACCELERATION)
             self->column[i].axis->curve = PLAN_CURVE_QUINTIC;
 }
 
 /* --- rows --- */
 
-static int table_time_of(struct table_read *self, enum table_kind kind,
+static int table_time_of(struct table_read *self, enum import_part part,
+                         const struct table_column *column,
                          const struct import_word *word, int64_t *t_ns_q12)
 {
     const struct units_context context = { .fps = self->out->fps };
-    return import_text_number(&self->text, word, kind == TABLE_FRAME ? "f" : "",
-                              kind == TABLE_FRAME     ? ""
-                              : kind == TABLE_SECONDS ? "s"
-                                                      : "ns",
-                              UNITS_TIME, &context, t_ns_q12);
+    const char *point = strchr(word->text, self->text.has_comma ? ',' : '.');
+    const unsigned decimals =
+        point == NULL ? 0 : (unsigned)strspn(point + 1, "0123456789");
+    char sentence[UNITS_SENTENCE_MAX];
+
+    self->decimals = decimals > self->decimals ? decimals : self->decimals;
+    if (self->rows == 0)
+        snprintf(self->out->first, sizeof self->out->first, "%.63s",
+                 word->text);
+    if (part != IMPORT_TIMECODES)
+        return import_text_number(
+            &self->text, word, part == IMPORT_FRAMES ? "f" : "", column->after,
+            UNITS_TIME, &context, t_ns_q12);
+    return units_parse(word->text, UNITS_TIME, &context, t_ns_q12, sentence) ==
+                   0
+               ? 0
+               : yaml_report_at(&self->text.report, word->place, "%s",
+                                sentence);
 }
 
-static int table_take(struct table_read *self,
-                      const struct table_column *column,
-                      const struct import_word *word, int64_t *t_ns_q12)
+static int table_nameless(const struct table_read *self, unsigned i,
+                          const struct import_word *word)
 {
+    if (word->text[0] == 0)
+        return 0;
+    return yaml_report_at(&self->text.report, word->place,
+                          "column %u has no name, expected one in the first "
+                          "line, or --columns with what each column is",
+                          i + 1);
+}
+
+static int table_take(struct table_read *self, unsigned i, int64_t *t_ns_q12)
+{
+    const struct table_column *column = &self->column[i];
     const struct units_context context = { .unit = column->unit };
-    struct motion_key *key;
-    if (column->kind == TABLE_SKIP)
+    const struct import_word *word = &self->cell[i];
+    static const enum units_quantity quantity[] = {
+        [IMPORT_POSITION] = UNITS_POSITION,
+        [IMPORT_VELOCITY] = UNITS_VELOCITY,
+        [IMPORT_ACCELERATION] = UNITS_ACCELERATION
+    };
+    int64_t value = 0;
+
+    if (column->part == IMPORT_NAMELESS)
+        return table_nameless(self, i, word);
+    if (column->part == IMPORT_LEFT_OUT)
         return 0;
     if (column->axis == NULL)
-        return table_time_of(self, column->kind, word, t_ns_q12);
-    key = &column->axis->key[column->axis->key_count - 1].key;
-    if (column->kind == TABLE_POS)
-        return import_text_number(&self->text, word, "", "", UNITS_POSITION,
-                                  &context, &key->pos_q32);
-    const bool is_vel = column->kind == TABLE_VEL;
-    int64_t value = 0;
-    const int rc = import_text_number(
-        &self->text, word, "", "", is_vel ? UNITS_VELOCITY : UNITS_ACCELERATION,
-        &context, &value);
-    if (is_vel) {
+        return table_time_of(self, column->part, column, word, t_ns_q12);
+    if (import_text_number(&self->text, word, "", column->after,
+                           quantity[column->part], &context, &value) < 0)
+        return -1;
+    struct motion_key *key =
+        &column->axis->key[column->axis->key_count - 1].key;
+    if (column->part == IMPORT_POSITION) {
+        key->pos_q32 = value;
+    } else if (column->part == IMPORT_VELOCITY) {
         key->has_vel = true;
         key->vel = motion_real_from_q(value, 32);
     } else {
         key->has_acc = true;
         key->acc = motion_real_from_q(value, 32);
     }
-    return rc;
+    return 0;
 }
 
 /* Times count from the first row. */
@@ -252,38 +236,101 @@ static int table_next(struct table_read *self, struct import_word *word)
                : import_text_word(&self->text, self->separators, word);
 }
 
+/* A comma between two digits of the line, in a table where it parts them. */
+static bool table_has_comma(const struct table_read *self)
+{
+    const char *line = self->text.data;
+
+    for (size_t at = self->text.line_start + 1; at + 1 < self->text.line_end;
+         at++)
+        if (line[at] == ',' && decimal_is_digit(line[at - 1]) &&
+            decimal_is_digit(line[at + 1]))
+            return self->separator == 0 && !self->text.has_comma;
+    return false;
+}
+
+/* The cells of a row.  1; 0: all of them are empty; -1. */
+static int table_cells(struct table_read *self)
+{
+    const unsigned columns = self->out->columns;
+    unsigned count = 0, filled = 0;
+    int found;
+
+    while ((found = table_next(self, &self->cell[count])) > 0) {
+        const bool is_filled = self->cell[count].text[0] != 0;
+        filled += is_filled;
+        if (count == columns && is_filled)
+            return yaml_report_at(&self->text.report, self->cell[count].place,
+                                  "the row has more than %u columns%s", columns,
+                                  table_has_comma(self)
+                                      ? "; --decimal comma reads 0,5 as a half"
+                                      : "");
+        count += count < columns;
+    }
+    if (found < 0)
+        return -1;
+    if (filled > 0 && count < columns)
+        return yaml_report_at(
+            &self->text.report, import_text_place(&self->text),
+            "the row ends after %u of %u columns", count, columns);
+    return filled > 0;
+}
+
 static int table_row(struct table_read *self)
 {
-    struct plan_place place = { self->text.line, 1 };
-    struct import_word word;
+    const struct plan_place place = { self->text.line, 1 };
+    const int filled = table_cells(self);
     int64_t t_ns_q12 = 0;
+
+    if (filled <= 0)
+        return filled;
     for (unsigned i = 0; i < self->out->move.axis_count; i++)
         if (import_add_key(&self->text, place, &self->out->move.axis[i]) ==
             NULL)
             return -1;
-    for (unsigned i = 0; i < self->columns; i++) {
-        int found = table_next(self, &word);
-        if (found == 0)
-            return yaml_report_at(
-                &self->text.report, import_text_place(&self->text),
-                "the row ends after %u of %u columns", i, self->columns);
-        if (found < 0 ||
-            table_take(self, &self->column[i], &word, &t_ns_q12) < 0)
+    for (unsigned i = 0; i < self->out->columns; i++)
+        if (table_take(self, i, &t_ns_q12) < 0)
             return -1;
-    }
-    if (table_next(self, &word) != 0)
-        return yaml_report_at(&self->text.report, word.place,
-                              "the row has more than %u columns",
-                              self->columns);
-    if (!self->timed)
+    if (self->time == NULL)
         t_ns_q12 = import_frame_ns_q12(&self->out->fps, self->rows);
     return table_place_row(self, place, t_ns_q12);
 }
 
+/* Times of few decimals that are frames of the rate that was said, but for what
+ * their last digit rounds, are these. */
+static void table_round(struct table_read *self)
+{
+    const struct units_fps *fps = &self->wish->fps;
+    const struct plan_move *move = &self->out->move;
+    char text[64], sentence[UNITS_SENTENCE_MAX];
+    int64_t step_ns_q12;
+
+    if (self->time == NULL || self->time->part != IMPORT_TIMES || fps->den == 0)
+        return;
+    snprintf(text, sizeof text, "1e-%u %s", self->decimals, self->time->unit);
+    if (units_parse(text, UNITS_TIME, &(struct units_context){ .fps = *fps },
+                    &step_ns_q12, sentence) < 0 ||
+        4 * step_ns_q12 > import_frame_ns_q12(fps, 1))
+        return;
+    for (uint32_t k = 0; k < move->axis[0].key_count; k++) {
+        const int64_t t_ns_q12 = move->axis[0].key[k].key.t_ns_q12;
+        const int64_t frame =
+            import_frame_ns_q12(fps, import_frame_near(fps, t_ns_q12));
+        if (motion_fixed_abs(t_ns_q12 - frame) > (uint64_t)step_ns_q12)
+            return;
+    }
+    for (uint32_t i = 0; i < move->axis_count; i++)
+        for (uint32_t k = 0; k < move->axis[i].key_count; k++) {
+            int64_t *t_ns_q12 = &move->axis[i].key[k].key.t_ns_q12;
+            *t_ns_q12 =
+                import_frame_ns_q12(fps, import_frame_near(fps, *t_ns_q12));
+        }
+    snprintf(self->time->unit, sizeof self->time->unit, "%s, rounded frames",
+             self->column[self->time - self->out->column].after + 1);
+}
+
 static int table_rows(struct table_read *self, char comment)
 {
-    if (self->out->move.axis_count == 0)
-        return table_fail(self, "there are no columns with axes");
     table_choose_curve(self);
     while ((self->rows_said < 0 || self->rows < self->rows_said) &&
            import_text_filled(&self->text, comment))
@@ -297,33 +344,46 @@ static int table_rows(struct table_read *self, char comment)
             "the file ends after %lld rows, expected the "
             "%lld that it gives",
             (long long)self->rows, (long long)self->rows_said);
+    table_round(self);
+    if (self->rows_said >= 0 && import_text_filled(&self->text, comment))
+        snprintf(self->out->note, IMPORT_NOTE_MAX,
+                 "what stands behind the last row that is announced, from line "
+                 "%u on",
+                 self->text.line);
     return 0;
 }
 
 static int table_need_fps(const struct table_read *self)
 {
-    if (self->out->fps.den != 0)
+    if (self->out->fps.den != 0 ||
+        (self->time != NULL && self->time->part == IMPORT_TIMES))
         return 0;
     return yaml_report_at(&self->text.report, (struct plan_place){ 1, 1 },
                           "the file gives no frame rate, expected --fps");
 }
 
-/* One reader: load, head, rows. */
+/* One reader: load, head, columns, rows. */
 static int table_read(const struct files *files, const char *path,
                       const struct import_wish *wish, struct imported *imported,
                       char *message, int (*head)(struct table_read *self),
                       char comment)
 {
     struct table_read *self = memory_new(1, sizeof *self);
-    *self = (struct table_read){
-        .wish = wish, .out = imported, .separators = ",", .rows_said = -1
-    };
-    *imported = (struct imported){ .fps = wish->fps };
+    *self = (struct table_read){ .wish = wish,
+                                 .out = imported,
+                                 .separators = wish->has_comma ? "" : ",",
+                                 .rows_said = -1 };
+    *imported = (struct imported){ .fps = wish->fps, .column_word = "column" };
     int err =
         import_text_load(&self->text, files, path, message, YAML_MESSAGE_MAX);
     self->text.progress = wish->progress;
+    self->text.has_comma = wish->has_comma;
     if (err == 0)
         err = head(self);
+    if (err == 0)
+        err = table_columns(self);
+    if (err == 0)
+        err = table_need_fps(self);
     if (err == 0)
         err = table_rows(self, comment);
     import_text_free(&self->text);
@@ -339,8 +399,6 @@ static int table_kuper_head(struct table_read *self)
 {
     struct import_word word;
     int found = 0;
-    if (table_need_fps(self) < 0)
-        return -1;
     if (!import_text_filled(&self->text, 0))
         return table_fail(self, "the file is empty, expected 'Axes = ...'");
     found = import_text_word(&self->text, "=", &word);
@@ -352,7 +410,7 @@ static int table_kuper_head(struct table_read *self)
                               "the first line does not name the axes, "
                               "expected 'Axes = Pan, Tilt'");
     while ((found = import_text_word(&self->text, "=,", &word)) > 0)
-        if (table_add_named(self, &word) < 0)
+        if (table_add(self, &word) < 0)
             return -1;
     return found;
 }
@@ -425,12 +483,12 @@ static int table_flair_head(struct table_read *self)
                               "the first line does not begin with DATA_TYPE");
     if (!import_text_filled(&self->text, '#'))
         return table_fail(self, "the file ends, expected 'POINTS ... SPEED'");
-    if (table_flair_points(self) < 0 || table_need_fps(self) < 0)
+    if (table_flair_points(self) < 0)
         return -1;
     if (!import_text_filled(&self->text, '#'))
         return table_fail(self, "the file ends, expected names of columns");
     while ((found = import_text_word(&self->text, ",", &word)) > 0)
-        if (table_add_named(self, &word) < 0)
+        if (table_add(self, &word) < 0)
             return -1;
     return found;
 }
@@ -445,28 +503,36 @@ int import_flair(const struct files *files, const char *path,
 
 /* --- Dragonframe raw: nothing above the numbers --- */
 
+/* As many columns as the first row has. */
 static int table_raw_head(struct table_read *self)
 {
     const struct import_wish *wish = self->wish;
-    unsigned count =
-        wish->column_count > 0 ? wish->column_count : wish->rig->axis_count;
+    const struct import_text begin = self->text;
+    struct import_word word;
     char names[IMPORT_NAMES_MAX];
-    if (table_need_fps(self) < 0)
-        return -1;
-    import_axis_names(wish->rig, names);
-    if (wish->column_count == 0 && count > 1)
-        return yaml_report_at(&self->text.report, (struct plan_place){ 1, 1 },
-                              "the file does not name its axes, expected "
-                              "--columns with the axis of every column, such "
-                              "as --columns %.400s",
-                              names);
-    for (unsigned i = 0; i < count; i++)
-        if (table_add_axis(self, (struct plan_place){ 1, 1 },
-                           wish->column_count > 0
-                               ? wish->column[i]
-                               : wish->rig->axis[i].name) < 0)
+    int found = 0;
+
+    if (!import_text_filled(&self->text, 0))
+        return table_fail(self, "there are no rows of positions");
+    while ((found = table_next(self, &word)) > 0) {
+        word.text[0] = 0;
+        if (table_add(self, &word) < 0)
             return -1;
-    return 0;
+    }
+    self->text = begin;
+    if (found < 0 || wish->column_count > 0)
+        return found;
+    if (wish->rig->axis_count == 1 && self->out->columns == 1) {
+        snprintf(self->out->column[0].called, IMPORT_NAME_MAX, "%s",
+                 wish->rig->axis[0].name);
+        return 0;
+    }
+    import_axis_names(wish->rig, names);
+    return yaml_report_at(&self->text.report, (struct plan_place){ 1, 1 },
+                          "the file does not name its axes, expected "
+                          "--columns with what each of its %u columns is, such "
+                          "as --columns %.400s",
+                          self->out->columns, names);
 }
 
 int import_raw(const struct files *files, const char *path,
@@ -478,28 +544,46 @@ int import_raw(const struct files *files, const char *path,
 
 /* --- CSV: names of columns --- */
 
+/* What parts the names of the first line, outside quotes. */
+static char table_csv_separator(const struct import_text *text)
+{
+    const char *line = text->data + text->line_start;
+    const size_t length = text->line_end - text->line_start;
+    bool has[UCHAR_MAX + 1] = { false }, is_quoted = false;
+
+    for (size_t i = 0; i < length; i++) {
+        is_quoted ^= line[i] == '"';
+        has[(unsigned char)line[i]] |= !is_quoted;
+    }
+    return (char)(has[';'] ? ';' : has['\t'] ? '\t' : ',');
+}
+
+/* "sep=;", which some spreadsheets put first. */
+static bool table_csv_says(struct table_read *self)
+{
+    const char *line = self->text.data + self->text.line_start;
+
+    if (self->text.line_end - self->text.line_start != 5 ||
+        strncmp(line, "sep=", 4) != 0)
+        return false;
+    self->separator = line[4];
+    return true;
+}
+
 static int table_csv_head(struct table_read *self)
 {
     struct import_word word;
     int found;
-    if (!import_text_filled(&self->text, '#'))
+    if (!import_text_filled(&self->text, '#') ||
+        (table_csv_says(self) && !import_text_filled(&self->text, '#')))
         return table_fail(self, "the file is empty, expected names of "
                                 "columns");
-    const char *line = self->text.data + self->text.line_start;
-    size_t length = self->text.line_end - self->text.line_start;
-    self->separator = memchr(line, ';', length) != NULL    ? ';'
-                      : memchr(line, '\t', length) != NULL ? '\t'
-                                                           : ',';
+    if (self->separator == 0)
+        self->separator = table_csv_separator(&self->text);
     while ((found = import_text_cell(&self->text, self->separator, &word)) > 0)
-        if (table_add_csv(self, &word) < 0)
+        if (table_add(self, &word) < 0)
             return -1;
-    if (found < 0)
-        return -1;
-    for (unsigned i = 0; i < self->columns; i++)
-        if (self->column[i].kind == TABLE_SECONDS ||
-            self->column[i].kind == TABLE_NS)
-            return 0;
-    return table_need_fps(self);
+    return found;
 }
 
 int import_csv(const struct files *files, const char *path,

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "firmware/host/base/decimal.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/quote.h"
 #include "motion/core/err.h"
@@ -59,7 +60,7 @@ int import_text_load(struct import_text *text, const struct files *files,
 {
     *text = (struct import_text){ .report = { path, message, capacity } };
     const int64_t length =
-        files_load(files, path, IMPORT_BYTES_MAX, &text->data);
+        files_load_text(files, path, IMPORT_BYTES_MAX, &text->data);
     if (length < 0)
         return import_text_fail(
             text, length == -ENOMEM  ? "is too large for the memory"
@@ -160,16 +161,96 @@ int import_text_word(struct import_text *text, const char *separators,
     return err;
 }
 
+/* To what is no blank, no comment and no end of a line. */
+static bool import_text_to_token(struct import_text *text)
+{
+    for (;;) {
+        const char *at = text->data + text->at;
+        while (text->at < text->line_end &&
+               import_text_is_blank(text, text->at, ""))
+            at = text->data + ++text->at;
+        if (text->at < text->line_end && *at != '#' &&
+            strncmp(at, "//", 2) != 0)
+            return true;
+        if (!import_text_line(text))
+            return false;
+    }
+}
+
+int import_text_token(struct import_text *text, const char *marks,
+                      struct import_word *word)
+{
+    if (!import_text_to_token(text))
+        return 0;
+    size_t end = text->at + 1;
+    if (strchr(marks, text->data[text->at]) == NULL)
+        while (end < text->line_end && !import_text_is_blank(text, end, marks))
+            end++;
+    const int err = import_text_copy(text, end - text->at, word);
+    text->at = end;
+    return err;
+}
+
+bool import_text_skip(struct import_text *text, char mark)
+{
+    do {
+        while (text->at < text->line_end)
+            if (text->data[text->at++] == mark)
+                return true;
+    } while (import_text_line(text));
+    return false;
+}
+
+/* Past the opening quote.  "" is a quote. */
+static int import_text_quoted(struct import_text *text, char separator,
+                              struct import_word *word)
+{
+    size_t length = 0;
+
+    word->place = import_text_place(text);
+    for (text->at++; text->at < text->line_end; text->at++) {
+        const bool is_quote = text->data[text->at] == '"';
+        if (is_quote && text->data[text->at + 1] != '"')
+            break;
+        text->at += is_quote;
+        if (length + 1 == sizeof word->text)
+            return yaml_report_at(&text->report, word->place,
+                                  "the cell has more than %d characters, "
+                                  "expected a name or a number",
+                                  IMPORT_WORD_MAX - 1);
+        word->text[length++] = text->data[text->at];
+    }
+    word->text[length] = 0;
+    if (text->at >= text->line_end)
+        return yaml_report_at(
+            &text->report, word->place,
+            "the quote is not closed in its line, expected \" "
+            "at the end of the cell");
+    for (text->at++; text->at < text->line_end &&
+                     import_text_is_blank(text, text->at, "") &&
+                     text->data[text->at] != separator;)
+        text->at++;
+    if (text->at < text->line_end && text->data[text->at] != separator)
+        return yaml_report_at(&text->report, import_text_place(text),
+                              "there is something behind the quotes of the "
+                              "cell");
+    text->at++;
+    return 1;
+}
+
 int import_text_cell(struct import_text *text, char separator,
                      struct import_word *word)
 {
     if (text->at > text->line_end)
         return 0;
+    while (text->at < text->line_end && text->data[text->at] != separator &&
+           import_text_is_blank(text, text->at, ""))
+        text->at++;
+    if (text->at < text->line_end && text->data[text->at] == '"')
+        return import_text_quoted(text, separator, word);
     size_t end = text->at;
     while (end < text->line_end && text->data[end] != separator)
         end++;
-    while (text->at < end && import_text_is_blank(text, text->at, ""))
-        text->at++;
     size_t last = end;
     while (last > text->at && import_text_is_blank(text, last - 1, ""))
         last--;
@@ -196,6 +277,16 @@ static void import_text_shorten(char out[IMPORT_WORD_MAX], const char *text)
     snprintf(out + n, IMPORT_WORD_MAX - n, "%s", text);
 }
 
+/* "0,5": digits on both sides of the one comma there is. */
+static bool import_text_is_comma(const char *text)
+{
+    const char *comma = strchr(text, ',');
+
+    return comma != NULL && comma > text && strchr(comma + 1, ',') == NULL &&
+           strchr(text, '.') == NULL && decimal_is_digit(comma[-1]) &&
+           decimal_is_digit(comma[1]);
+}
+
 static bool import_text_is_number(const char *text)
 {
     return text[0] != 0 && strspn(text, "+-.0123456789eE") == strlen(text) &&
@@ -207,20 +298,28 @@ int import_text_number(const struct import_text *text,
                        const char *after, enum units_quantity quantity,
                        const struct units_context *context, int64_t *value)
 {
-    char sentence[UNITS_SENTENCE_MAX];
+    char sentence[UNITS_SENTENCE_MAX], number[IMPORT_WORD_MAX];
     char shorter[IMPORT_WORD_MAX], whole[2 * IMPORT_WORD_MAX];
+    const bool is_comma = import_text_is_comma(word->text);
     const char *end;
-    if (!import_text_is_number(word->text)) {
+    memcpy(number, word->text, sizeof number);
+    if (text->has_comma && is_comma)
+        number[strcspn(number, ",")] = '.';
+    if (!import_text_is_number(number) ||
+        (text->has_comma && strchr(word->text, '.') != NULL)) {
         char quote[QUOTE_MAX];
         return yaml_report_at(
-            &text->report, word->place, "%s is not a number, expected one",
-            quote_text(quote, word->text, strlen(word->text)));
+            &text->report, word->place, "%s is not a number, expected one%s",
+            quote_text(quote, word->text, strlen(word->text)),
+            text->has_comma ? " with a decimal comma"
+            : is_comma      ? "; --decimal comma reads 0,5 as a half"
+                            : "");
     }
     /* as it is, with all the digits it has */
     if (before[0] == 0 && after[0] == 0 &&
-        number_parse(word->text, 32, value, &end) == MOTION_OK && *end == 0)
+        number_parse(number, 32, value, &end) == MOTION_OK && *end == 0)
         return 0;
-    import_text_shorten(shorter, word->text);
+    import_text_shorten(shorter, number);
     snprintf(whole, sizeof whole, "%s%s%s", before, shorter, after);
     if (units_parse(whole, quantity, context, value, sentence) < 0)
         return yaml_report_at(&text->report, word->place, "%s", sentence);

@@ -2,7 +2,8 @@
  *
  * Words hold their place in the file, so that every reader's errors are
  * file:line:column, as those of YAML files (yaml_report.h).  Line ends are LF,
- * CR LF or CR; a Ctrl-Z (old DOS programs) ends the text. */
+ * CR LF or CR; a Ctrl-Z (old DOS programs) ends the text.  A byte order mark is
+ * skipped, and UTF-16 that has one is read. */
 #ifndef FIRMWARE_HOST_EXCHANGE_IMPORT_TEXT_H
 #define FIRMWARE_HOST_EXCHANGE_IMPORT_TEXT_H
 
@@ -15,7 +16,7 @@
 #include "motion/plan/plan_progress.h"
 
 #define IMPORT_BYTES_MAX (64u << 20)
-#define IMPORT_WORD_MAX  64 /* of a number or a name, with its 0 */
+#define IMPORT_WORD_MAX  256 /* of a number or a name, with its 0 */
 
 struct import_text {
     struct yaml_report report;
@@ -24,6 +25,7 @@ struct import_text {
     size_t line_start, line_end, next;    /* of the present line */
     size_t at;                            /* in it */
     uint32_t line;                        /* 0: before the first */
+    bool has_comma;                       /* 0,5 is a half */
     const struct plan_progress *progress; /* is told of lines; NULL: none */
 };
 
@@ -45,7 +47,14 @@ bool import_text_filled(struct import_text *text, char comment);
  * skipped like blanks.  1; 0 at the end of the line; -1 when it is too long. */
 int import_text_word(struct import_text *text, const char *separators,
                      struct import_word *word);
-/* The next cell: up to a separator, without blanks around it, perhaps empty. */
+/* The next token, whatever lines there are in between: a word, or one of `marks`
+ * alone; what follows // or # is a comment.  1; 0 at the end of the text; -1. */
+int import_text_token(struct import_text *text, const char *marks,
+                      struct import_word *word);
+/* Up to the next `mark` and past it; false: there is none. */
+bool import_text_skip(struct import_text *text, char mark);
+/* The next cell: up to a separator, without blanks around it, perhaps empty; in
+ * double quotes, where it may hold the separator, and "" is a quote. */
 int import_text_cell(struct import_text *text, char separator,
                      struct import_word *word);
 

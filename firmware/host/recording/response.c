@@ -36,15 +36,18 @@ static int response_fail(const struct response_read *self, const char *what)
 static bool response_cell(const char **at, char cell[RESPONSE_WORD_MAX])
 {
     const char *from = *at + strspn(*at, " \t\r");
-    const size_t length = strcspn(from, RESPONSE_SEPARATORS);
+    const bool is_quoted = *from == '"';
+    from += is_quoted;
+    const size_t length = strcspn(from, is_quoted ? "\"" : RESPONSE_SEPARATORS);
     const size_t kept =
         length < RESPONSE_WORD_MAX - 1 ? length : RESPONSE_WORD_MAX - 1;
 
-    if (*from == 0)
+    if (*from == 0 && !is_quoted)
         return false;
     memcpy(cell, from, kept);
     cell[kept] = 0;
     from += length;
+    from += is_quoted && *from == '"';
     from += strspn(from, " \t\r");
     if (*from == ',' || *from == ';')
         from++;
@@ -164,7 +167,8 @@ int response_read(const struct files *files, const char *path,
                                   .index = 1,
                                   .scale = 1 };
     char *data = NULL;
-    const int64_t length = files_load(files, path, RESPONSE_BYTES_MAX, &data);
+    const int64_t length =
+        files_load_text(files, path, RESPONSE_BYTES_MAX, &data);
     int err;
 
     *response = (struct response){ .rows = 0 };

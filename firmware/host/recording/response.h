@@ -16,7 +16,8 @@ struct response {
     uint32_t rows;
 };
 
-/* Rows of numbers, separated by commas, semicolons, tabs or blanks; lines that
+/* Rows of numbers, separated by commas, semicolons, tabs or blanks, in double quotes or
+ * not; lines that
  * are empty or begin with # do not count, and the first may be a header.  The
  * first column is the time, in s, or as the header's name ends: _ms, _us, _ns.
  * `column` names the measured one by its header; NULL: the second.  0, or -1 with

@@ -69,6 +69,8 @@ struct tree_builder {
         bool is_value; /* map: the next node is a value, not a key */
     } open[YAML_TREE_DEPTH_MAX];
     unsigned depth;
+    const char *text;
+    bool is_over; /* nothing but --- follows */
 };
 
 static struct plan_place tree_mark_place(const yaml_mark_t *mark)
@@ -336,11 +338,34 @@ static int tree_on_alias(struct tree_builder *builder,
                               event->data.alias.anchor);
 }
 
+/* From this line on there is nothing but comments and marks between documents,
+ * as where each message of a stream ends with ---. */
+static bool tree_is_over(const char *text, uint32_t line)
+{
+    while (--line > 0 && strchr(text, '\n') != NULL)
+        text = strchr(text, '\n') + 1;
+    while (*text != 0) {
+        const size_t length = strcspn(text, "\r\n");
+        const char *at = text + strspn(text, " \t");
+        const bool is_mark =
+            strncmp(text, "---", 3) == 0 || strncmp(text, "...", 3) == 0;
+        if (is_mark)
+            at = text + 3 + strspn(text + 3, " \t");
+        if (at < text + length && *at != '#')
+            return false;
+        text += length + strspn(text + length, "\r\n");
+    }
+    return true;
+}
+
 static int tree_on_document(struct tree_builder *builder,
                             const yaml_event_t *event, struct plan_place place)
 {
     (void)event;
     if (builder->tree->node_count == 0)
+        return 0;
+    builder->is_over = tree_is_over(builder->text, place.line);
+    if (builder->is_over)
         return 0;
     return yaml_report_at(&builder->tree->report, place,
                           "a second document starts here, expected one");
@@ -459,7 +484,7 @@ static int tree_step(struct tree_builder *builder, yaml_parser_t *parser)
 
 static int tree_build(struct yaml_tree *tree, const char *text, size_t length)
 {
-    struct tree_builder builder = { .tree = tree };
+    struct tree_builder builder = { .tree = tree, .text = text };
     yaml_parser_t parser;
     int result;
 
@@ -469,8 +494,10 @@ static int tree_build(struct yaml_tree *tree, const char *text, size_t length)
     yaml_parser_set_input_string(&parser, (const unsigned char *)text, length);
     do
         result = tree_step(&builder, &parser);
-    while (result == 1);
+    while (result == 1 && !builder.is_over);
     yaml_parser_delete(&parser);
+    if (builder.is_over)
+        return 0;
     if (result == 0 && tree->node_count == 0)
         return yaml_report_at(&tree->report, tree_start,
                               "the file is empty, expected 'key: value' lines");

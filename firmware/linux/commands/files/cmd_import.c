@@ -1,10 +1,12 @@
 /* firmware/linux/commands/files/cmd_import.c - slew import: a move of another
  * program. */
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
 #include "firmware/host/exchange/import.h"
 #include "firmware/host/exchange/import_fit.h"
 #include "firmware/host/job/compare.h"
@@ -41,6 +43,19 @@ static enum status cmd_import_wish(struct import_wish *wish,
     if (options->columns != NULL &&
         import_wish_columns(wish, options->columns, message) < 0)
         return cmd_import_fail(message, "");
+    if (options->decimal != NULL && strcmp(options->decimal, "comma") != 0 &&
+        strcmp(options->decimal, "point") != 0)
+        return cmd_import_fail("--decimal: expected point or comma", "");
+    wish->has_comma =
+        options->decimal != NULL && strcmp(options->decimal, "comma") == 0;
+    wish->unwrap = options->unwrap;
+    wish->scale = options->scale;
+    wish->offset = options->offset;
+    for (unsigned i = 0; i < wish->rig->axis_count; i++) {
+        struct import_adjust adjust;
+        if (import_adjust_of(wish, i, &adjust, message) < 0)
+            return cmd_import_fail(message, "");
+    }
     if (options->curve == NULL)
         return STATUS_OK;
     struct messages messages = { .text = NULL };
@@ -100,6 +115,146 @@ static enum status cmd_import_write(const struct imported *imported,
     return output_commit(&output) < 0 ? STATUS_SYSTEM : STATUS_OK;
 }
 
+/* --- what became of it -------------------------------------------------------- */
+
+static const char *cmd_import_part(const struct import_column *column)
+{
+    static const char *const part[] = {
+        [IMPORT_LEFT_OUT] = "-",        [IMPORT_POSITION] = "position",
+        [IMPORT_VELOCITY] = "velocity", [IMPORT_ACCELERATION] = "acceleration",
+        [IMPORT_FRAMES] = "time",       [IMPORT_TIMES] = "time",
+        [IMPORT_TIMECODES] = "time",    [IMPORT_NAMELESS] = "empty"
+    };
+
+    return part[column->part];
+}
+
+/* "frames from 1", "s from 0", "mm", "deg/s". */
+static void cmd_import_unit(const struct imported *imported,
+                            const struct import_column *column,
+                            const struct rig *rig, char text[TABLE_CELL_MAX])
+{
+    static const char *const per[] = { "", "/s", "/s2" };
+
+    text[0] = 0;
+    if (column->part >= IMPORT_FRAMES && column->part <= IMPORT_TIMECODES)
+        snprintf(text, TABLE_CELL_MAX, "%s from %.32s",
+                 column->part == IMPORT_FRAMES      ? "frames"
+                 : column->part == IMPORT_TIMECODES ? "timecode"
+                                                    : column->unit,
+                 imported->first);
+    else if (column->axis >= 0 && column->unit[0] != 0)
+        snprintf(text, TABLE_CELL_MAX, "%s", column->unit);
+    else if (column->axis >= 0)
+        snprintf(text, TABLE_CELL_MAX, "%s%s",
+                 units_axis_text(rig->axis[column->axis].unit),
+                 per[column->part - IMPORT_POSITION]);
+}
+
+static void cmd_import_factor(const struct import_adjust *adjust,
+                              char text[TABLE_CELL_MAX])
+{
+    if (adjust->den == 1)
+        snprintf(text, TABLE_CELL_MAX, "%" PRId64, adjust->num);
+    else
+        snprintf(text, TABLE_CELL_MAX, "%" PRId64 "/%" PRId64, adjust->num,
+                 adjust->den);
+}
+
+static void cmd_import_row(const struct imported *imported, unsigned i,
+                           const struct import_wish *wish, struct table *table)
+{
+    const struct import_column *column = &imported->column[i];
+    const bool is_axis = column->axis >= 0;
+    const bool is_position = column->part == IMPORT_POSITION;
+    char unit[TABLE_CELL_MAX], factor[TABLE_CELL_MAX] = "",
+                               offset[NUMBER_MAX] = "",
+                               message[YAML_MESSAGE_MAX];
+    struct import_adjust adjust;
+
+    cmd_import_unit(imported, column, wish->rig, unit);
+    if (is_axis &&
+        import_adjust_of(wish, (unsigned)column->axis, &adjust, message) == 0) {
+        cmd_import_factor(&adjust, factor);
+        if (is_position)
+            number_short(offset, adjust.offset_q32, 32);
+    }
+    table_cell(table, "%u", i + 1);
+    table_cell(table, "%.40s", column->name);
+    table_cell(table, "%s", is_axis ? wish->rig->axis[column->axis].name : "-");
+    table_cell(table, "%s", cmd_import_part(column));
+    table_cell(table, "%s", unit);
+    table_cell(table, "%s", factor);
+    table_cell(table, "%s", offset);
+    if (!wish->unwrap)
+        return;
+    if (is_position)
+        table_cell(table, "%u", column->wraps);
+    else
+        table_cell(table, "%s", "");
+}
+
+/* Which of the file's columns is what, so that nobody has to guess. */
+static void cmd_import_table(const struct imported *imported,
+                             const struct import_wish *wish)
+{
+    char number[16];
+    const char *head[] = { number,  "<name",  "<axis",   "<is",
+                           "<unit", ">scale", ">offset", ">wraps" };
+    struct table table;
+
+    snprintf(number, sizeof number, ">%s", imported->column_word);
+    table_init(&table, wish->unwrap ? 8 : 7, head);
+    for (unsigned i = 0; i < imported->columns; i++)
+        cmd_import_row(imported, i, wish, &table);
+    table_print(&table, stdout);
+    table_free(&table);
+}
+
+static void cmd_import_columns(const struct imported *imported,
+                               const struct import_wish *wish, cJSON *report)
+{
+    cJSON *list = cJSON_AddArrayToObject(report, "columns");
+
+    for (unsigned i = 0; i < imported->columns; i++) {
+        const struct import_column *column = &imported->column[i];
+        char unit[TABLE_CELL_MAX], message[YAML_MESSAGE_MAX];
+        struct import_adjust adjust;
+        cJSON *row = cJSON_CreateObject();
+        cmd_import_unit(imported, column, wish->rig, unit);
+        cJSON_AddStringToObject(row, "name", column->name);
+        cJSON_AddStringToObject(row, "is", cmd_import_part(column));
+        if (column->axis >= 0 && import_adjust_of(wish, (unsigned)column->axis,
+                                                  &adjust, message) == 0) {
+            cJSON_AddStringToObject(row, "axis",
+                                    wish->rig->axis[column->axis].name);
+            cJSON_AddNumberToObject(row, "scale",
+                                    (double)adjust.num / (double)adjust.den);
+            cJSON_AddNumberToObject(row, "offset",
+                                    number_double(adjust.offset_q32, 32));
+            cJSON_AddNumberToObject(row, "wraps", column->wraps);
+        }
+        cJSON_AddStringToObject(row, "unit", unit);
+        cJSON_AddItemToArray(list, row);
+    }
+}
+
+static void cmd_import_odd(const struct import_fit *fit,
+                           const struct plan_axis *axis,
+                           const struct rig_axis *on, cJSON *row)
+{
+    char text[IMPORT_ODD_MAX];
+
+    if (fit->odd.kind == IMPORT_ODD_NONE)
+        return;
+    import_odd_text(&fit->odd, on, axis, text);
+    cJSON *odd = cJSON_AddObjectToObject(row, "odd");
+    cJSON_AddNumberToObject(odd, "row", fit->odd.row + 1);
+    cJSON_AddNumberToObject(odd, "line", axis->key[fit->odd.row].place.line);
+    cJSON_AddNumberToObject(odd, "rows", fit->odd.more + 1);
+    cJSON_AddStringToObject(odd, "what", text);
+}
+
 static void cmd_import_curves(const struct imported *imported,
                               const struct rig *rig,
                               const struct import_fit fit[], cJSON *report)
@@ -124,6 +279,8 @@ static void cmd_import_curves(const struct imported *imported,
                               fit[i].passes ||
                                   (fit[i].changed && !fit[i].needs_time));
         cJSON_AddStringToObject(row, "note", text);
+        cmd_import_odd(&fit[i], axis,
+                       &rig->axis[rig_axis_index(rig, axis->name)], row);
         cJSON_AddItemToArray(list, row);
     }
 }
@@ -138,19 +295,22 @@ static void cmd_import_report(const struct imported *imported,
     for (uint32_t i = 0; i < move->axis_count; i++)
         keys += move->axis[i].key_count;
     if (!options->json) {
-        printf("move: %s, %u %s, %llu keys\n", options->out, move->axis_count,
+        cmd_import_table(imported, wish);
+        printf("move: %s, %u %s, %llu %s\n", options->out, move->axis_count,
                number_word(move->axis_count, "axis", "axes"),
-               (unsigned long long)keys);
+               (unsigned long long)keys, number_word(keys, "key", "keys"));
         if (imported->note[0] != 0)
             printf("lost: %s\n", imported->note);
         cmd_import_curves(imported, wish->rig, fit, NULL);
         return;
     }
     cJSON *report = cJSON_CreateObject();
+    cJSON_AddBoolToObject(report, "ok", true);
     cJSON_AddStringToObject(report, "move", options->out);
     cJSON_AddNumberToObject(report, "axes", move->axis_count);
     cJSON_AddNumberToObject(report, "keys", (double)keys);
     cJSON_AddStringToObject(report, "lost", imported->note);
+    cmd_import_columns(imported, wish, report);
     cmd_import_curves(imported, wish->rig, fit, report);
     json_print(report, stdout);
 }
@@ -166,6 +326,10 @@ static enum status cmd_import_file(const struct import_format *format,
     plan_progress_end(&planning_progress);
     if (err < 0)
         return cmd_import_refuse(message);
+    if (import_adjust(wish, &imported, message) < 0) {
+        move_free(&imported.move);
+        return cmd_import_fail(message, "");
+    }
     struct import_fit *fit =
         memory_new((size_t)imported.move.axis_count + 1, sizeof *fit);
     enum status status =
@@ -189,10 +353,13 @@ static enum status cmd_import_limits(const struct options *options)
     if (options->out == NULL)
         return cmd_import_fail("where to? expected --out RIG.yaml", "");
     if (options->fps != NULL || options->columns != NULL ||
-        options->curve != NULL)
-        return cmd_import_fail("--fps, --columns and --curve are for moves, "
-                               "and urdf has limits",
-                               "");
+        options->curve != NULL || options->scale != NULL ||
+        options->offset != NULL || options->decimal != NULL || options->unwrap)
+        return cmd_import_fail(
+            "--fps, --columns, --decimal, --scale, --offset, "
+            "--unwrap and --curve are for moves, and urdf "
+            "has limits",
+            "");
     return import_urdf(options);
 }
 
@@ -229,7 +396,15 @@ static const struct option_row cmd_import_option[] = {
     { "fps", "RATE", OPTION_TEXT, offsetof(struct options, fps),
       "frames per second: 24 or 24000/1001" },
     { "columns", "AXES", OPTION_TEXT, offsetof(struct options, columns),
-      "axis of each column, - for none: pan,-,tilt" },
+      "what each column is, - for no axis: frame,pan,-,tilt" },
+    { "decimal", "MARK", OPTION_TEXT, offsetof(struct options, decimal),
+      "point, or comma: 0,5 is a half" },
+    { "unwrap", NULL, OPTION_FLAG, offsetof(struct options, unwrap),
+      "a jump of nearly a turn is the turn that was cut off" },
+    { "scale", "LIST", OPTION_TEXT, offsetof(struct options, scale),
+      "positions times so much: 10, or pan=-1,slide=25.4" },
+    { "offset", "LIST", OPTION_TEXT, offsetof(struct options, offset),
+      "and so much added: '120 mm', or slide=120mm,pan=-90deg" },
     { "curve", "CURVE", OPTION_TEXT, offsetof(struct options, curve),
       "through positions: else quintic, or what keeps inside the limits" },
     OPTIONS_COMMON,
@@ -242,11 +417,14 @@ const struct command cmd_import = {
     .text =
         "Reads kuper, flair, raw (Dragonframe), csv, maya (.anim), blender\n"
         "(JSON of examples/blender), ros-yaml or ros-json (JointTrajectory)\n"
-        "and writes a move file.  Values are taken to be in the axes' own\n"
-        "units, those of ROS in rad and m; columns find their axes by name.\n"
-        "An axis that breaks a limit of the rig is named, with the curve that\n"
-        "was taken or would pass.  docs/FORMATS.md says what is read and what\n"
-        "is lost.\n\n"
+        "and writes a move file.  Columns find their axes by name, or by\n"
+        "--columns, which says of every one of them what it is: an axis\n"
+        "(pan, pan_rad, 'pan (rad)'), a velocity (pan_deg_s), the time\n"
+        "(frame, t, 't (ms)', timecode), - for none.  What became of each is\n"
+        "printed, with its unit, scale and offset.  An axis that breaks a\n"
+        "limit of the rig is named, with the curve that was taken or would\n"
+        "pass, or the row that cannot be meant.  docs/FORMATS.md says what is\n"
+        "read and what is lost.\n\n"
         "urdf reads limits of position and velocity from a robot description\n"
         "into the text of a rig file, whose axes have the joints' names;\n"
         "comments and all else stay.\n",
@@ -254,6 +432,8 @@ const struct command cmd_import = {
         "  slew import kuper shot.txt --rig rig.yaml --fps 24 --out move.yaml\n"
         "  slew import raw shot.txt --rig rig.yaml --fps 24 --columns pan,tilt "
         "--out move.yaml\n"
+        "  slew import csv shot.csv --rig rig.yaml --decimal comma --unwrap "
+        "--scale slide=10 --out move.yaml\n"
         "  slew import urdf arm.urdf --rig rig.yaml --out rig.yaml\n",
     COMMAND_OPTIONS(cmd_import_option),
     .run = cmd_import_run,

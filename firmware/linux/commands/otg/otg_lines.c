@@ -40,6 +40,27 @@ static bool lines_is_empty(const char *line)
     return *line == '\0' || *line == '#';
 }
 
+/* As a spreadsheet writes it: quotes are blanks, and what parts the names of the first
+ * line is a comma; every byte stays at its place. */
+static void lines_plain(struct otg_lines *lines)
+{
+    const char *line = lines->line;
+    bool is_quoted = false;
+
+    if (lines->separator == 0)
+        lines->separator = strchr(line, ';') != NULL   ? ';'
+                           : strchr(line, ',') != NULL ? ','
+                                                       : '\t';
+    for (char *at = lines->line; *at != '\0'; at++) {
+        const bool is_separator = *at == lines->separator;
+        is_quoted ^= *at == '"';
+        if (*at == '"' || (is_quoted && *at == ','))
+            *at = ' ';
+        else if (is_separator && !is_quoted)
+            *at = ',';
+    }
+}
+
 bool otg_lines_next(struct otg_lines *lines)
 {
     lines->wrong = NULL;
@@ -47,5 +68,6 @@ bool otg_lines_next(struct otg_lines *lines)
         if (!lines_any(lines))
             return false;
     } while (lines->wrong == NULL && lines_is_empty(lines->line));
+    lines_plain(lines);
     return true;
 }

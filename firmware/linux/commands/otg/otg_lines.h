@@ -10,12 +10,14 @@
 struct otg_lines {
     FILE *file; /* the caller's */
     char line[OTG_LINE_MAX];
+    char separator;    /* as the first line has it; 0: not read yet */
     int number;        /* of the line, from 1 */
     const char *wrong; /* with the line itself, or NULL */
 };
 
 /* The next line that is neither empty nor a comment, without its end; false at
- * the end of the file. */
+ * the end of the file.  Quotes are blanks, semicolons and tabs that part the names of
+ * the first line are commas. */
 bool otg_lines_next(struct otg_lines *lines);
 
 #endif

@@ -486,8 +486,8 @@ static void an_axis_is_found_by_its_own_name(void **state)
     expect_names("csv", &rig, "frame,t_deg,Pan_deg\n0,1,2\n", "t Pan ");
     expect_names("csv", &rig, "frame,pan_deg,Pan_deg\n0,1,2\n", "pan Pan ");
     expect_names("raw", &rig, "1 2 3 4\n",
-                 "expected --columns with the axis of every column, such as "
-                 "--columns Pan,pan,Tilt,t");
+                 "expected --columns with what each of its 4 columns is, such "
+                 "as --columns Pan,pan,Tilt,t");
     rig.axis_count = 1;
     expect_names("raw", &rig, "1\n", "Pan ");
 }

@@ -154,8 +154,8 @@ static void what_is_wrong_is_said_where_it_is(void **state)
         assert_null(got.move.axis);
     }
     assert_int_equal(read_text(HEAD POINT("[1, 2]", "", 0, 0), "dolly"), -1);
-    assert_non_null(
-        strstr(import_bench_message, "has 2 joints and --columns 1 names"));
+    assert_non_null(strstr(import_bench_message,
+                           "and --columns 1, expected a name for each"));
 }
 
 /* Every segment of any degree is a quintic between points: the same move.  But

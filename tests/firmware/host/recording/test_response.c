@@ -46,6 +46,9 @@ static void every_form_is_read(void **state)
     expect("t_us tip\n0 1\n500000 7\n", "tip", 0.5, 7);
     expect("t_s,word,tip\n0,on,2\n0.5,off,4\n", "tip", 0.5, 4);
     expect("t,a,tip\n0,,2\n0.5,,4\n", "tip", 0.5, 4);
+    expect("\xEF\xBB\xBF\"t_ms\";\"the tip\"\r\n\"0\";\"2\"\r\n"
+           "\"500\";\"4\"\r\n",
+           "the tip", 0.5, 4);
 }
 
 static void refuse(const char *text, const char *column, const char *want)

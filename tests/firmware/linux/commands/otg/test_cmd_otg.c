@@ -117,6 +117,11 @@ static void comments_and_every_end_of_line_are_read(void **state)
         "# moves\n" HEADER " # one\n" GOOD,
         "\r\n# moves\r\n" HEADER "\r\n" GOOD "\r\n",
         old,
+        "\xEF\xBB\xBF\"p0\";v0;a0;\"pf\";vf;af;vmax;vmin;amax;amin;jmax;"
+        "note\r\n"
+        "\"0\";0;0;\"100\";0;0;10;-10;20;-20;200;\"a, b; c\"\r\n",
+        "p0\tv0\ta0\tpf\tvf\taf\tvmax\tvmin\tamax\tamin\tjmax\n"
+        "0\t0\t0\t100\t0\t0\t10\t-10\t20\t-20\t200\n",
     };
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(texts); i++) {
