@@ -431,6 +431,24 @@ int units_parse_fps(const char *text, struct units_fps *fps,
     return units_read_fps(&self, fps);
 }
 
+int64_t units_frame_of(const struct units_fps *fps, int64_t t_ns_q12)
+{
+    int64_t frame, at_ns_q12;
+
+    if (fps->den == 0 || t_ns_q12 < 0 ||
+        motion_fixed_muldiv(t_ns_q12, (int64_t)fps->num, MOTION_FIXED_S_Q12,
+                            &frame) < 0)
+        return -1;
+    frame = (frame + (int64_t)fps->den / 2) / (int64_t)fps->den;
+    return frame < INT64_C(1) << 30 &&
+                   motion_fixed_muldiv(frame * (int64_t)fps->den,
+                                       MOTION_FIXED_S_Q12, (int64_t)fps->num,
+                                       &at_ns_q12) == MOTION_OK &&
+                   at_ns_q12 == t_ns_q12
+               ? frame
+               : -1;
+}
+
 /* ---- counts per unit ---- */
 
 /* number / ratio, reduced. */

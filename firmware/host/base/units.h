@@ -68,6 +68,9 @@ int units_parse(const char *text, enum units_quantity quantity,
 int units_parse_fps(const char *text, struct units_fps *fps,
                     char sentence[UNITS_SENTENCE_MAX]);
 
+/* The whole frame of this time, as "frame 12" is read; -1: it is none. */
+int64_t units_frame_of(const struct units_fps *fps, int64_t t_ns_q12);
+
 /* Counts per unit of the axis as num / den, reduced; num is not 0, negative for
  * a reversed axis; den > 0. */
 int units_parse_counts(const char *text, enum units_axis unit, int64_t *num,

@@ -366,6 +366,22 @@ static void job_fit_print_rolls(const struct job *job,
 }
 
 /* What no duration cures, and what does. */
+/* A key is out of its range, or there is more than keys. */
+static bool job_fit_keys_leave(const struct job *job)
+{
+    if (plan_fit_more(&job->move) != NULL)
+        return true;
+    for (uint32_t a = 0; a < job->move.axis_count; a++) {
+        const struct plan_axis *axis = &job->move.axis[a];
+        const struct plan_limit *limit = &job_rig_axis(job, a)->limit;
+        for (uint32_t i = 0; i < axis->key_count; i++)
+            if (axis->key[i].key.pos_q32 < limit->pos_min_q32 ||
+                axis->key[i].key.pos_q32 > limit->pos_max_q32)
+                return true;
+    }
+    return false;
+}
+
 static void job_fit_print_uncured(const struct job *job, FILE *file)
 {
     bool steps = false, leaves = false, moves = false;
@@ -381,8 +397,11 @@ static void job_fit_print_uncured(const struct job *job, FILE *file)
               "quintic or c4.\n",
               file);
     if (leaves)
-        fputs("No duration brings a position into its range: other keys do.\n",
-              file);
+        fprintf(file, "No duration brings a position into its range: %s.\n",
+                job_fit_keys_leave(job)
+                    ? "other keys do"
+                    : "the keys are in it, and slew fit gives those beside "
+                      "which the curve leaves it a velocity");
     if (moves)
         fputs("No duration brings an end to rest: other keys or ends do, or a "
               "pre_roll and a post_roll.\n",

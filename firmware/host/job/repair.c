@@ -112,6 +112,7 @@ static struct move_text_source repair_source(const struct repair *self,
                                       .path = self->before->move_path,
                                       .rig = &self->before->rig,
                                       .was = &self->before->move,
+                                      .on_frames = self->on_frames,
                                       .message = message };
 }
 
@@ -160,7 +161,8 @@ static enum status repair_keys(struct repair *self, const struct files *files)
     struct plan_limit *limit = memory_new(job->move.axis_count, sizeof *limit);
     const struct plan_fit_request request = { &job->move, limit,
                                               method[self->method],
-                                              self->tolerance_q32 };
+                                              self->tolerance_q32,
+                                              self->on_frames };
     char message[YAML_MESSAGE_MAX];
     const struct move_text_source source = repair_source(self, files, message);
     struct plan_error error;

@@ -31,6 +31,7 @@ struct repair {
     enum repair_method method;
     struct job *after;      /* opened from the new text; NULL until then */
     int64_t *tolerance_q32; /* smooth: of each axis; on the heap */
+    bool on_frames;         /* times of keys are whole frames of the move */
     bool has_fit;           /* keys were changed: how */
     struct plan_fit fit;
     struct move_text text; /* data NULL: nothing has to change */

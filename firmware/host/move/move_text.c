@@ -2,6 +2,7 @@
 #include "firmware/host/move/move_text.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -18,6 +19,8 @@
 struct text {
     struct yaml_text yaml;
     enum units_axis unit; /* of the axis at hand */
+    struct units_fps fps; /* of the move; den 0: none */
+    bool on_frames;       /* keys are on whole frames */
 };
 
 /* --- values ------------------------------------------------------------------ */
@@ -44,6 +47,24 @@ static void text_of_time(char text[YAML_TEXT_VALUE_MAX], int64_t t_ns_q12)
              (unsigned long long)(size % 1000000000));
     text_trim(number);
     snprintf(text, YAML_TEXT_VALUE_MAX, "%s s", number);
+}
+
+/* A frame where a frame was written, or all keys are on frames. */
+static int text_key_time(struct text *self, const struct yaml_value *value,
+                         int64_t t_ns_q12)
+{
+    char text[YAML_TEXT_VALUE_MAX];
+    const char *const was = yaml_tree_text(&self->yaml.tree, value->node);
+    const bool was_frame = was[0] == 'f' && strchr(was, '@') == NULL;
+    const int64_t frame = was_frame || self->on_frames
+                              ? units_frame_of(&self->fps, t_ns_q12)
+                              : -1;
+
+    if (frame >= 0)
+        snprintf(text, sizeof text, "frame %" PRId64, frame);
+    else
+        text_of_time(text, t_ns_q12);
+    return yaml_text_replace(&self->yaml, value, text);
 }
 
 static int text_time(struct text *self, const struct yaml_value *value,
@@ -109,6 +130,39 @@ static int text_handle(struct text *self, const struct yaml_value *key,
     return text_time(self, &item, is_ns_q12);
 }
 
+/* A velocity behind the position, where the key has none (stand.h): in [t, p] or {t: ..., p:
+ * ...}, on one line. */
+static int text_stand(struct text *self, const struct yaml_value *key,
+                      const struct plan_key *to, bool is_moved)
+{
+    const bool is_map = yaml_value_node(key)->kind == YAML_TREE_MAP;
+    char text[YAML_TEXT_VALUE_MAX], pos[NUMBER_MAX], vel[NUMBER_MAX],
+        unit[NUMBER_UNIT_MAX];
+    struct yaml_value field;
+    int64_t vel_q32 = 0;
+    size_t at;
+
+    if (!text_field(key, "p", 1, &field) ||
+        !yaml_text_place(&self->yaml, yaml_tree_place(key->tree, key->node),
+                         &at) ||
+        (is_map && self->yaml.data[at] != '{'))
+        return yaml_value_refuse(key, "needs a velocity to stay in its range, "
+                                      "which is not put into a key of several "
+                                      "lines");
+    const char *acc = !to->key.has_acc ? "" : is_map ? ", a: 0" : ", 0";
+    (void)motion_real_round(to->key.vel, 32, &vel_q32);
+    number_fixed(pos, to->key.pos_q32, 32, 10);
+    number_fixed(vel, vel_q32, 32, 10);
+    text_trim(pos);
+    text_trim(vel);
+    snprintf(text, sizeof text, "%.80s%s%s, %s%s%s",
+             is_moved ? pos : yaml_tree_text(key->tree, field.node),
+             is_moved ? " " : "",
+             is_moved ? number_unit(unit, self->unit, 0) : "",
+             is_map ? "v: " : "", vel, acc);
+    return yaml_text_replace(&self->yaml, &field, text);
+}
+
 static int text_key(struct text *self, const struct yaml_value *value,
                     const struct plan_axis *was, const struct plan_axis *is,
                     uint32_t i)
@@ -119,9 +173,12 @@ static int text_key(struct text *self, const struct yaml_value *value,
 
     if (from->t_ns_q12 != to->t_ns_q12)
         err = text_field(value, "t", 0, &field)
-                  ? text_time(self, &field, to->t_ns_q12)
+                  ? text_key_time(self, &field, to->t_ns_q12)
                   : yaml_value_refuse(value, "has no time");
-    if (err == 0 && from->pos_q32 != to->pos_q32)
+    if (err == 0 && to->has_vel && !from->has_vel)
+        err =
+            text_stand(self, value, &is->key[i], from->pos_q32 != to->pos_q32);
+    else if (err == 0 && from->pos_q32 != to->pos_q32)
         err = text_field(value, "p", 1, &field)
                   ? text_derivative(self, &field,
                                     motion_real_from_q(to->pos_q32, 32), 0)
@@ -346,7 +403,10 @@ static int text_open(struct text *self, const struct move_text_source *source,
                                         YAML_MESSAGE_MAX };
 
     *text = (struct move_text){ .data = NULL };
-    *self = (struct text){ .unit = UNITS_AXIS_MM };
+    *self =
+        (struct text){ .unit = UNITS_AXIS_MM,
+                       .fps = { source->was->fps_num, source->was->fps_den },
+                       .on_frames = source->on_frames };
     return yaml_text_open(&self->yaml, source->files, &report);
 }
 

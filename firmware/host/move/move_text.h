@@ -25,6 +25,7 @@ struct move_text_source {
     const struct plan_move *was;
     char *message;                /* YAML_MESSAGE_MAX */
     const struct yaml_text *text; /* of the file, read before; NULL: not yet */
+    bool on_frames;               /* times of keys are whole frames */
 };
 
 /* 0, or -1 with the sentence written and nothing allocated. */

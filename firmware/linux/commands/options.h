@@ -52,7 +52,7 @@ struct options {
     bool ping_pong;
     const char *rig, *fps, *columns, *curve, *interface;
     const char *scale, *offset, *decimal; /* import */
-    bool unwrap;
+    bool unwrap, frames; /* frames: fit */
     const char *root;                              /* doctor */
     const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
     const char *endpoints, *kind;

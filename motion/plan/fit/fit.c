@@ -178,7 +178,7 @@ static int fit_stretch(struct fit *self)
         const double need = fit_worst(self, self->open_from, spans);
         const bool is_closed = fit_worst(self, 0, self->open_from) > 1;
         if (is_closed && need <= 1)
-            return fit_refuse_closed(self);
+            return fit_refuse_as_written(self);
         stretch *= fmax(need, 1) * fit_margin(round);
         if (round == PLAN_FIT_ROUNDS || stretch > PLAN_FIT_STRETCH_MAX)
             return fit_give_up(self);

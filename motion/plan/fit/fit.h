@@ -16,9 +16,10 @@
  * the checker (check.h) finds nothing, at most PLAN_FIT_ROUNDS times, and no
  * span is ever longer than with stretch, which it ends as if all else fails.
  *
- * No duration removes a step of velocity or acceleration, or brings a position
- * back into its range: such moves are refused.  New times are whole
- * microseconds.  Off-line only: uses the heap. */
+ * No duration removes a step of velocity or acceleration, or brings a key back
+ * into its range: such moves are refused.  Where only the curve leaves the range,
+ * between keys that keep it, the keys at which it turns stand (stand.h).  New times
+ * are whole microseconds, or frames.  Off-line only: uses the heap. */
 #ifndef MOTION_PLAN_FIT_FIT_H
 #define MOTION_PLAN_FIT_FIT_H
 
@@ -62,6 +63,8 @@ struct plan_fit_request {
     /* smooth: how far a key of each axis may be moved; 0: not at all.  The first
      * and the last of an axis, and those of fixed value, are not. */
     const int64_t *tolerance_q32;
+    bool
+        on_frames; /* new times are whole frames of the move's rate, which it has */
 };
 
 struct plan_fit {

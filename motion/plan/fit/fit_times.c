@@ -7,9 +7,11 @@
 #include "motion/plan/check.h"
 #include "motion/plan/fit/fit_internal.h"
 #include "motion/plan/keys/move_internal.h"
+#include "motion/plan/keys/stand.h"
 #include "motion/plan/plan_error.h"
 
 #define FIT_GRID_NS_Q12 ((int64_t)1000 * MOTION_FIXED_NS_Q12)
+#define FIT_FRAMES_MAX  (INT64_C(1) << 26)
 
 int fit_no_memory(struct fit *self)
 {
@@ -33,12 +35,28 @@ uint32_t fit_knot(const struct fit *self, int64_t t_ns_q12)
     return low;
 }
 
-/* The first whole microsecond that is not before t. */
-static int64_t fit_up(int64_t t_ns_q12)
+/* The time of a frame, as a file's "frame 12" is read. */
+static int64_t fit_frame(const struct plan_move *move, int64_t frame)
 {
+    return motion_fixed_muldiv_sat(frame * (int64_t)move->fps_den,
+                                   MOTION_FIXED_S_Q12, (int64_t)move->fps_num);
+}
+
+/* The first frame, or whole microsecond, that is not before t. */
+static int64_t fit_up(const struct fit *self, int64_t t_ns_q12)
+{
+    const struct plan_move *move = self->request->move;
     const int64_t over = t_ns_q12 % FIT_GRID_NS_Q12;
 
-    return over > 0 ? t_ns_q12 - over + FIT_GRID_NS_Q12 : t_ns_q12 - over;
+    if (!self->request->on_frames)
+        return over > 0 ? t_ns_q12 - over + FIT_GRID_NS_Q12 : t_ns_q12 - over;
+    int64_t frame = motion_fixed_muldiv_sat(t_ns_q12, (int64_t)move->fps_num,
+                                            MOTION_FIXED_S_Q12) /
+                        (int64_t)move->fps_den -
+                    1;
+    while (frame < FIT_FRAMES_MAX && fit_frame(move, frame) < t_ns_q12)
+        frame++;
+    return fit_frame(move, frame);
 }
 
 /* The end of a span: where it was when all before is, or when it is fixed. */
@@ -49,7 +67,7 @@ static int64_t fit_end(const struct fit *self, uint32_t span, double dur)
     if (self->is_fixed[span + 1] ||
         (start == self->fit->from_ns_q12[span] && dur == fit_from(self, span)))
         return self->fit->from_ns_q12[span + 1];
-    return fit_up(start + (int64_t)ceil(dur));
+    return fit_up(self, start + (int64_t)ceil(dur));
 }
 
 /* New times of all knots from durations of the spans. */
@@ -112,6 +130,8 @@ static void fit_retime_key(const struct plan_axis *from, struct plan_axis *to,
     const double right = last ? left : fit_factor(from, to, i);
     const double slower = fmax(left, right);
 
+    to->key[i].key.has_vel = from->key[i].key.has_vel;
+    to->key[i].key.has_acc = from->key[i].key.has_acc;
     to->key[i].key.vel = fit_slower(from->key[i].key.vel, slower);
     to->key[i].key.acc = fit_slower(from->key[i].key.acc, slower * slower);
     if (to->bezier.key == NULL)
@@ -209,10 +229,13 @@ static int fit_judge(struct fit *self, uint32_t a,
 
 int fit_measure_axis(struct fit *self, uint32_t a, bool *fits)
 {
-    const struct plan_axis *axis = &self->fit->axis[a];
+    struct plan_axis *axis = &self->fit->axis[a];
     struct motion_track track;
-    int err = plan_axis_track(axis, &track, self->error);
+    int err;
 
+    while ((err = plan_axis_track(axis, &track, self->error)) == MOTION_OK &&
+           plan_stand(axis, &track, &self->request->limit[a]) > 0)
+        plan_track_free(&track);
     if (err < 0) {
         self->error->axis = a;
         return err;

@@ -6,6 +6,7 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/plan/keys/stand.h"
 
 struct simplify {
     const struct plan_axis *axis; /* all of its keys */
@@ -13,6 +14,7 @@ struct simplify {
     uint32_t *which;              /* of kept: index in axis */
     bool *keep;                   /* of axis */
     uint64_t tolerance_q32;
+    const struct plan_limit *limit; /* of position; NULL: none */
     struct plan_error *error;
 };
 
@@ -39,19 +41,48 @@ static uint64_t simplify_off_q32(const struct motion_track *track,
                : motion_fixed_abs(off_q32);
 }
 
+/* Those that are kept, and the track through them; where it would leave the range at a
+ * key, that one stands. */
+static int simplify_plan(struct simplify *self, struct motion_track *track)
+{
+    int err;
+
+    simplify_collect(self);
+    while (
+        (err = plan_axis_track(&self->kept, track, self->error)) == MOTION_OK &&
+        self->limit != NULL && plan_stand(&self->kept, track, self->limit) > 0)
+        plan_track_free(track);
+    return err;
+}
+
+/* The middle of a span, when the track leaves the range in it at that time and there
+ * is something between; else 0. */
+static uint32_t simplify_middle(const struct simplify *self, uint32_t k,
+                                int64_t at_ns_q12)
+{
+    const uint32_t from = self->which[k], to = self->which[k + 1];
+
+    return to - from > 1 && at_ns_q12 > self->axis->key[from].key.t_ns_q12 &&
+                   at_ns_q12 < self->axis->key[to].key.t_ns_q12
+               ? from + (to - from) / 2
+               : 0;
+}
+
 /* The furthest of each span becomes a key, where `adds`; how many are too far. */
 static int simplify_judge(struct simplify *self, bool adds)
 {
     struct motion_track track;
     struct motion_cursor cursor = { 0 };
     int far = 0;
-    simplify_collect(self);
-    const int err = plan_axis_track(&self->kept, &track, self->error);
+    int64_t at_ns_q12 = 0;
+    const int err = simplify_plan(self, &track);
     if (err < 0)
         return err;
+    const bool leaves = self->limit != NULL &&
+                        plan_stand_leaves(&track, self->limit, &at_ns_q12);
     for (uint32_t k = 0; k + 1 < self->kept.key_count; k++) {
         uint64_t most_q32 = self->tolerance_q32;
-        uint32_t furthest = 0;
+        uint32_t furthest = leaves ? simplify_middle(self, k, at_ns_q12) : 0;
         for (uint32_t i = self->which[k] + 1; i < self->which[k + 1]; i++) {
             const uint64_t off_q32 =
                 simplify_off_q32(&track, &cursor, &self->axis->key[i].key);
@@ -88,8 +119,8 @@ static int simplify_drop(struct simplify *self)
             return far;
         self->keep[i] = far > 0;
     }
-    simplify_collect(self);
-    return MOTION_OK;
+    const int far = simplify_judge(self, false); /* as they stay */
+    return far < 0 ? far : MOTION_OK;
 }
 
 static int simplify_run(struct simplify *self)
@@ -101,12 +132,13 @@ static int simplify_run(struct simplify *self)
 }
 
 int plan_simplify(struct plan_axis *axis, int64_t tolerance_q32,
-                  struct plan_error *error)
+                  const struct plan_limit *limit, struct plan_error *error)
 {
     const uint32_t count = axis->key_count;
     struct simplify self = { .axis = axis,
                              .kept = *axis,
                              .tolerance_q32 = (uint64_t)tolerance_q32,
+                             .limit = limit,
                              .error = error };
     int err = MOTION_E_FULL;
     if (axis->curve == PLAN_CURVE_BSPLINE || axis->curve == PLAN_CURVE_BEZIER ||

@@ -278,6 +278,10 @@ static enum status cmd_fit_job(struct cmd_fit *self,
     if (status != STATUS_OK)
         return status;
     self->to = options->out != NULL ? options->out : self->job.move_path;
+    self->repair.on_frames = options->frames;
+    if (options->frames && self->job.move.fps_den == 0)
+        return cmd_fit_fail("--frames: the move has no frame rate, expected "
+                            "such as fps: 24 in it");
     status = cmd_fit_method(self, options);
     if (status == STATUS_OK)
         status = repair_solve(&self->repair, &disk_files);
@@ -336,6 +340,8 @@ static const struct option_row cmd_fit_option[] = {
       "smooth: positions of keys; speed: that of the path" },
     { "tolerance", "LIST", OPTION_TEXT, offsetof(struct options, tolerance),
       "with smooth, how far a key may be moved: '1 mm' or '1 mm, 0.1 deg'" },
+    { "frames", NULL, OPTION_FLAG, offsetof(struct options, frames),
+      "keep keys on whole frames of the move's fps" },
     { "output", "FILE", OPTION_TEXT, offsetof(struct options, out),
       "write there, and leave the move file as it is" },
     { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
@@ -364,8 +370,11 @@ const struct command cmd_fit = {
         "fixed: time, value or both keeps that.  Without --method: local, or\n"
         "stretch where a move has more than keys.\n"
         "\n"
-        "A step of velocity or acceleration, or a position out of its range,\n"
-        "is not removed by time: such a move is refused.\n",
+        "Where the curve leaves its range between keys that keep it, the key\n"
+        "at which it turns gets the velocity 0.  A step of velocity or\n"
+        "acceleration, or a key out of its range, is not removed by time: "
+        "such\n"
+        "a move is refused.\n",
     .examples = "  slew fit --dry-run examples/dolly\n"
                 "  slew fit rig.yaml move.yaml\n"
                 "  slew fit --method stretch --output slow.yaml rig.yaml "

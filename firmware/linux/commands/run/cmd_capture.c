@@ -224,6 +224,33 @@ static bool capture_moved(const struct cmd_capture *self, uint32_t i)
     return false;
 }
 
+/* An axis that was pushed beyond the end of its range was at that end: no move goes
+ * further. */
+static void capture_keep_inside(struct cmd_capture *self, uint32_t i)
+{
+    const struct rig_axis *on = &self->live.rig->axis[i];
+    struct plan_axis *axis = &self->imported.move.axis[i];
+    const int64_t low = on->limit.pos_min_q32, high = on->limit.pos_max_q32;
+    uint64_t beyond_q32 = 0;
+    for (uint32_t k = 0; k < axis->key_count; k++) {
+        int64_t *pos_q32 = &axis->key[k].key.pos_q32;
+        const int64_t inside_q32 = *pos_q32 < low    ? low
+                                   : *pos_q32 > high ? high
+                                                     : *pos_q32;
+        const uint64_t off_q32 = motion_fixed_abs(*pos_q32 - inside_q32);
+        beyond_q32 = off_q32 > beyond_q32 ? off_q32 : beyond_q32;
+        *pos_q32 = inside_q32;
+    }
+    if (beyond_q32 <= (uint64_t)self->tolerance_q32[i])
+        return;
+    char text[NUMBER_MAX];
+    number_short(text, (int64_t)beyond_q32, 32);
+    fprintf(stderr,
+            "%s: it was up to %s %s beyond its range, and is kept at the end "
+            "of it\n",
+            on->name, text, units_axis_text(on->unit));
+}
+
 /* Axes that stood are none of the move's. */
 static enum status capture_simplify(struct cmd_capture *self)
 {
@@ -239,9 +266,11 @@ static enum status capture_simplify(struct cmd_capture *self)
             axis->key = NULL;
             continue;
         }
+        capture_keep_inside(self, i);
         self->seen[count] = axis->key_count;
         self->tolerance_q32[count] = tolerance_q32;
-        if (plan_simplify(axis, tolerance_q32, &error) < 0) {
+        if (plan_simplify(axis, tolerance_q32, &self->live.rig->axis[i].limit,
+                          &error) < 0) {
             error_say("slew capture: %s: %s", axis->name, error.text);
             return STATUS_REFUSED;
         }

@@ -213,10 +213,12 @@ static void judge(int n, const struct plan_fit *fit)
     }
 }
 
+static bool on_frames;
+
 static int solve(enum plan_fit_method method, struct plan_fit *fit)
 {
-    const struct plan_fit_request request = { &move, limits, method,
-                                              tolerances };
+    const struct plan_fit_request request = { &move, limits, method, tolerances,
+                                              on_frames };
 
     return plan_fit_solve(&request, fit, &error);
 }
@@ -605,6 +607,82 @@ static void rounded_corners_fit_too(void **state)
     }
 }
 
+/* --- ranges and frames -------------------------------------------------------- */
+
+/* Keys inside 0 .. 100, many of them at its ends, in times of frames at a rate whose
+ * frames are no whole microseconds. */
+static void any_move_in_a_range(enum plan_curve curve)
+{
+    const uint32_t count = (uint32_t)pick(4, KEYS_MAX);
+    int64_t frame = 0;
+
+    move = (struct plan_move){
+        .axis = axes, .axis_count = 1, .fps_num = 24000, .fps_den = 1001
+    };
+    axes[0] = (struct plan_axis){
+        .key = keys[0], .key_count = count, .curve = curve, .name = "a"
+    };
+    for (uint32_t i = 0; i < count; i++) {
+        const int64_t at = pick(0, 5);
+        keys[0][i] = (struct plan_key){
+            .key = { .t_ns_q12 =
+                         motion_fixed_muldiv_sat(frame * 1001, SEC, 24000),
+                     .pos_q32 = (at <= 1   ? 0
+                                 : at == 2 ? 100
+                                           : pick(0, 100)) *
+                                UNIT },
+        };
+        frame += pick(2, 40);
+    }
+    limits[0] =
+        (struct plan_limit){ 0,          100 * UNIT,  pick(20, 200) * UNIT,
+                             400 * UNIT, 4000 * UNIT, PERIOD_NS };
+}
+
+static void curves_stay_in_a_range_that_their_keys_keep(void **state)
+{
+    unsigned left = 0, stand = 0, refused = 0;
+
+    (void)state;
+    seed_from("range");
+    for (int n = 0; n < check_cases(600); n++) {
+        const int method = n % 2 == 0 ? PLAN_FIT_LOCAL : PLAN_FIT_STRETCH;
+        struct motion_track track;
+        struct plan_violation first;
+        struct plan_fit fit;
+        any_move_in_a_range(PLAN_CURVE_QUINTIC);
+        on_frames = n % 3 == 0;
+        assert_int_equal(plan_axis_track(&axes[0], &track, &error), MOTION_OK);
+        left += plan_check_track(&track, &limits[0], &first, 1) > 0 &&
+                first.kind <= PLAN_POS_HIGH;
+        plan_track_free(&track);
+        if (solve((enum plan_fit_method)method, &fit) < 0) {
+            assert_non_null(strstr(error.text, "other keys would"));
+            refused++;
+            continue;
+        }
+        judge(n, &fit);
+        for (uint32_t i = 0; i < axes[0].key_count; i++)
+            stand += fit.axis[0].key[i].key.has_vel;
+        for (uint32_t k = 0; k < fit.knots && on_frames; k++) {
+            int64_t frame;
+            assert_int_equal(motion_fixed_muldiv(fit.to_ns_q12[k], 24000,
+                                                 1001 * SEC, &frame),
+                             MOTION_OK);
+            if (fit.to_ns_q12[k] !=
+                motion_fixed_muldiv_sat(frame * 1001, SEC, 24000))
+                fail_msg("case %d: knot %u is on no frame", n, k);
+        }
+        plan_fit_free(&fit);
+    }
+    on_frames = false;
+    print_message("%u of %d left their range, %u keys got a velocity, %u "
+                  "refused\n",
+                  left, check_cases(600), stand, refused);
+    assert_true(left > (unsigned)check_cases(200));
+    assert_true(refused == 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -618,6 +696,7 @@ int main(void)
         cmocka_unit_test(smoothed_moves_break_no_limit),
         cmocka_unit_test(shaken_moves_are_smoothed),
         cmocka_unit_test(a_shake_is_smoothed_where_it_is),
+        cmocka_unit_test(curves_stay_in_a_range_that_their_keys_keep),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

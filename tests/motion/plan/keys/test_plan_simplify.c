@@ -5,6 +5,7 @@
 
 #include "motion/core/fixed.h"
 #include "motion/plan/keys/simplify.h"
+#include "motion/plan/keys/stand.h"
 #include "tests/support/check.h"
 
 #define UNIT  MOTION_FIXED_ONE_Q32
@@ -58,9 +59,9 @@ static void the_curve_is_within_the_tolerance_of_all(void **state)
     for (int round = 0; round < 20; round++) {
         const double tolerance = 0.05 * (1 + (double)(draw() % 20));
         struct plan_axis axis = hand(0.02);
-        assert_int_equal(
-            plan_simplify(&axis, llrint(tolerance * (double)UNIT), &error),
-            MOTION_OK);
+        assert_int_equal(plan_simplify(&axis, llrint(tolerance * (double)UNIT),
+                                       NULL, &error),
+                         MOTION_OK);
         if (furthest(&axis) > tolerance * 1.000001)
             fail_msg("round %d: %.4f beyond %.4f", round, furthest(&axis),
                      tolerance);
@@ -81,7 +82,7 @@ static void none_of_them_could_go(void **state)
     (void)state;
     seed_from("hand");
     struct plan_axis axis = hand(0.02);
-    assert_int_equal(plan_simplify(&axis, UNIT / 5, &error), MOTION_OK);
+    assert_int_equal(plan_simplify(&axis, UNIT / 5, NULL, &error), MOTION_OK);
     for (uint32_t i = 1; i + 1 < axis.key_count; i++) {
         struct plan_axis other = axis;
         memcpy(less, axis.key, i * sizeof *less);
@@ -103,7 +104,8 @@ static void a_straight_line_has_two_keys(void **state)
     axis.curve = PLAN_CURVE_LINEAR;
     for (int i = 0; i < LOOKS; i++)
         key[i].key.pos_q32 = i * UNIT / 10;
-    assert_int_equal(plan_simplify(&axis, UNIT / 1000, &error), MOTION_OK);
+    assert_int_equal(plan_simplify(&axis, UNIT / 1000, NULL, &error),
+                     MOTION_OK);
     assert_int_equal(axis.key_count, 2);
 }
 
@@ -113,7 +115,7 @@ static void no_tolerance_keeps_every_key(void **state)
     (void)state;
     seed_from("all");
     struct plan_axis axis = hand(1);
-    assert_int_equal(plan_simplify(&axis, 0, &error), MOTION_OK);
+    assert_int_equal(plan_simplify(&axis, 0, NULL, &error), MOTION_OK);
     assert_int_equal(axis.key_count, LOOKS);
     assert_memory_equal(key, seen, sizeof key);
 }
@@ -124,8 +126,60 @@ static void a_curve_beside_its_keys_is_refused(void **state)
     (void)state;
     struct plan_axis axis = hand(0);
     axis.curve = PLAN_CURVE_BSPLINE;
-    assert_int_equal(plan_simplify(&axis, UNIT, &error), MOTION_E_ARG);
+    assert_int_equal(plan_simplify(&axis, UNIT, NULL, &error), MOTION_E_ARG);
     assert_int_equal(axis.key_count, LOOKS);
+}
+
+/* Pushed away from an end of the range, to and fro, and back to it; with what an
+ * encoder adds, which is kept inside as a machine keeps it. */
+static void what_keeps_a_range_is_not_taken_out_of_it(void **state)
+{
+    struct plan_error error;
+    unsigned stand = 0;
+    (void)state;
+    seed_from("range");
+    for (int round = 0; round < 60; round++) {
+        const double noise = round % 3 == 0 ? 0 : 0.02;
+        const double tolerance = 0.06 * (1 + (double)(draw() % 20));
+        const double wait = 20 + (double)(draw() % 60);
+        struct plan_axis axis = hand(noise);
+        int64_t low = INT64_MAX, high = INT64_MIN;
+        for (int i = 0; i < LOOKS; i++) {
+            int64_t *pos = &seen[i].key.pos_q32;
+            const double t = (i - wait) / 25.0;
+            const double hill = t > 0 && t < 12 ? 1 - cos(t * 2 * 3.14159 / 6)
+                                                : 0; /* twice, from rest */
+            *pos = round % 2 == 0
+                       ? llrint((30 * hill + noise * (double)(draw() % 3)) *
+                                (double)UNIT)
+                       : *pos;
+            low = *pos < low ? *pos : low;
+            high = *pos > high ? *pos : high;
+        }
+        memcpy(key, seen, sizeof key);
+        const struct plan_limit limit = { .pos_min_q32 = low,
+                                          .pos_max_q32 = high };
+        struct motion_track track;
+        int64_t at;
+        assert_int_equal(plan_simplify(&axis, llrint(tolerance * (double)UNIT),
+                                       &limit, &error),
+                         MOTION_OK);
+        assert_int_equal(plan_axis_track(&axis, &track, &error), MOTION_OK);
+        if (plan_stand_leaves(&track, &limit, &at))
+            fail_msg("round %d: leaves %g .. %g at %g s", round,
+                     (double)low / (double)UNIT, (double)high / (double)UNIT,
+                     (double)at / (double)S);
+        plan_track_free(&track);
+        if (furthest(&axis) > tolerance * 1.000001)
+            fail_msg("round %d: %.4f beyond %.4f", round, furthest(&axis),
+                     tolerance);
+        if (axis.key_count > LOOKS / 3)
+            fail_msg("round %d: %u keys for %.3f", round,
+                     (unsigned)axis.key_count, tolerance);
+        for (uint32_t i = 0; i < axis.key_count; i++)
+            stand += axis.key[i].key.has_vel;
+    }
+    assert_true(stand > 60); /* where they turn at the end of the range */
 }
 
 int main(void)
@@ -136,6 +190,7 @@ int main(void)
         cmocka_unit_test(a_straight_line_has_two_keys),
         cmocka_unit_test(no_tolerance_keeps_every_key),
         cmocka_unit_test(a_curve_beside_its_keys_is_refused),
+        cmocka_unit_test(what_keeps_a_range_is_not_taken_out_of_it),
     };
     return cmocka_run_group_tests_name("plan_simplify", tests, NULL, NULL);
 }
