@@ -231,6 +231,15 @@ for name in ("kuper.txt", "flair.txt", "raw.txt"):
 put("import_csv", "small", (ROOT / "tests/data/import/table.csv").read_bytes())
 put("import_maya", "small",
     (ROOT / "tests/data/import/tangents.anim").read_bytes())
+put("import_arcm", "small", """\
+<?xml version="1.0"?>
+<scen:scene xmlns:scen="http://caliri.com/motion/scene" endframe="48">
+<scen:axis name="pan" units="deg" base="0"><scen:points x="1" y="0" type="5"/>\
+<scen:points x="49.5" y="-30"/><scen:controlPoints x="20" y="1e1"/>\
+<scen:controlPoints x="20" y="-30"/></scen:axis>
+<scen:axis name="dolly" units="cm"><scen:points x="7" y="0"/></scen:axis>
+</scen:scene>
+""")
 
 with tempfile.TemporaryDirectory() as folder:
     for name in ("curves", "bezier"):

@@ -6,6 +6,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct import_format;
+
 int fuzz_import(const char *format, const uint8_t *data, size_t size);
+int fuzz_import_with(const struct import_format *format, const uint8_t *data,
+                     size_t size);
 
 #endif

@@ -24,6 +24,12 @@ static void fuzz_import_taken(const struct imported *imported)
 
 int fuzz_import(const char *format, const uint8_t *data, size_t size)
 {
+    return fuzz_import_with(import_format_find(format), data, size);
+}
+
+int fuzz_import_with(const struct import_format *format, const uint8_t *data,
+                     size_t size)
+{
     static struct rig rig;
     static struct imported imported;
     struct import_wish wish = { .rig = &rig,
@@ -38,8 +44,7 @@ int fuzz_import(const char *format, const uint8_t *data, size_t size)
             rig_load(&disk_files, "tests/fuzz/rig.yaml", &rig, message) == 0,
             "the rig is there");
     const char *path = fuzz_file(data, size);
-    if (import_format_find(format)->read(&disk_files, path, &wish, &imported,
-                                         message) < 0) {
+    if (format->read(&disk_files, path, &wish, &imported, message) < 0) {
         fuzz_claim_sentence(path, message);
         return 0;
     }

@@ -60,7 +60,7 @@ host='hal/([^/]*|(support|can|canopen|modbus|mcu|gpio|drive)/.*)|motion/.*'
 known=
 for room in library host/base host/timecode host/yaml host/device host/rig host/fault \
     host/track host/move host/job host/exchange host/recording host/plot studio/wasm \
-    linux/base linux/machine linux/player linux/batch linux/fmu linux/service linux/tools studio/server; do
+    linux/base linux/xml linux/machine linux/player linux/batch linux/fmu linux/service linux/tools studio/server; do
     known=$known${known:+|}$room
     below='(hal|sim|motion)/.*' headers=any
     case $room in

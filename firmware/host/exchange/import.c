@@ -39,16 +39,16 @@ const struct import_format *import_format_find(const char *name)
     return NULL;
 }
 
-void import_format_unknown(const char *name, const char *also,
+void import_format_unknown(const char *name, const char *const also[],
                            char message[YAML_MESSAGE_MAX])
 {
-    const char *names[ARRAY_LEN(import_format) + 1];
+    const char *names[ARRAY_LEN(import_format) + IMPORT_ALSO_MAX];
     char list[QUOTE_LIST_MAX], quote[QUOTE_MAX];
     unsigned count = 0;
     for (const struct import_format *row = import_format; row->name; row++)
         names[count++] = row->name;
-    if (also != NULL)
-        names[count++] = also;
+    for (; *also != NULL && count < ARRAY_LEN(names); also++)
+        names[count++] = *also;
     snprintf(message, YAML_MESSAGE_MAX, "no format %s, expected %s",
              quote_text(quote, name, strlen(name)),
              quote_list(list, names, count));

@@ -95,8 +95,9 @@ struct import_format {
 extern const struct import_format import_format[];
 const struct import_format *import_format_find(const char *name);
 /* "no format foo, expected kuper, ... or blender"; written into `message`.
- * `also` is one more that the command has; NULL: none. */
-void import_format_unknown(const char *name, const char *also,
+ * `also` has what the command has besides; ends with NULL. */
+#define IMPORT_ALSO_MAX 4
+void import_format_unknown(const char *name, const char *const also[],
                            char message[YAML_MESSAGE_MAX]);
 
 /* "frame,pan,-,tilt".  0, or -1 with the sentence written. */

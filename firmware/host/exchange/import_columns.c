@@ -108,8 +108,11 @@ struct plan_axis *import_add_axis(const struct import_text *text,
 static bool import_split(const char *name, char base[IMPORT_NAME_MAX],
                          char unit[IMPORT_UNIT_MAX])
 {
-    const size_t open = strcspn(name, "([");
-    const char *close = strpbrk(name + open, ")]");
+    const char *round = strrchr(name, '('), *square = strrchr(name, '[');
+    const char *bracket =
+        square == NULL || (round != NULL && round > square) ? round : square;
+    const size_t open = bracket != NULL ? (size_t)(bracket - name) : 0;
+    const char *close = bracket != NULL ? strpbrk(bracket, ")]") : NULL;
     size_t length = open;
 
     if (close == NULL || close[1] != 0 ||
@@ -118,8 +121,8 @@ static bool import_split(const char *name, char base[IMPORT_NAME_MAX],
     while (length > 0 && name[length - 1] == ' ')
         length--;
     snprintf(base, IMPORT_NAME_MAX, "%.*s", (int)length, name);
-    snprintf(unit, IMPORT_UNIT_MAX, "%.*s",
-             (int)(close - name - (long)open) - 1, name + open + 1);
+    snprintf(unit, IMPORT_UNIT_MAX, "%.*s", (int)(close - bracket) - 1,
+             bracket + 1);
     if (strncmp(unit, "\xC2\xB0", 2) == 0) { /* the degree sign */
         memmove(unit + 3, unit + 2, strlen(unit) - 1);
         memcpy(unit, "deg", 3);
@@ -326,6 +329,18 @@ static int import_columns_count(const struct import_text *text,
         wish->column_count, propose);
 }
 
+static int import_no_unit(const struct import_text *text,
+                          const struct import_column *column,
+                          const struct rig_axis *axis, const char *unit)
+{
+    char quote[QUOTE_MAX];
+
+    return yaml_report_at(&text->report, column->place,
+                          "%s is no unit of axis %s, whose unit is %s",
+                          quote_text(quote, unit, strlen(unit)), axis->name,
+                          units_axis_text(axis->unit));
+}
+
 static int import_unknown(const struct import_text *text,
                           const struct import_wish *wish,
                           const struct import_column *column, const char *name)
@@ -336,12 +351,8 @@ static int import_unknown(const struct import_text *text,
     char unit[IMPORT_UNIT_MAX];
 
     if (import_split(name, base, unit) && import_axis_index(rig, base) >= 0)
-        return yaml_report_at(
-            &text->report, column->place,
-            "%s is no unit of axis %s, whose unit is %s",
-            quote_text(quote, unit, strlen(unit)),
-            rig->axis[import_axis_index(rig, base)].name,
-            units_axis_text(rig->axis[import_axis_index(rig, base)].unit));
+        return import_no_unit(text, column,
+                              &rig->axis[import_axis_index(rig, base)], unit);
     for (unsigned i = 0; i < rig->axis_count; i++)
         names[i] = rig->axis[i].name;
     return yaml_report_at(
@@ -354,8 +365,26 @@ static int import_unknown(const struct import_text *text,
         quote_list(list, names, rig->axis_count));
 }
 
-/* "-" leaves out what is no time.  A unit that the file has in brackets stays its
- * unit under another name. */
+/* A unit that the file has in brackets stays its unit under another name. */
+static int import_keep_unit(const struct import_text *text,
+                            const struct import_wish *wish,
+                            struct import_column *column)
+{
+    char base[IMPORT_NAME_MAX], unit[IMPORT_UNIT_MAX];
+    bool is_unit = false;
+
+    if (column->part != IMPORT_POSITION || column->unit[0] != 0 ||
+        !import_split(column->name, base, unit) ||
+        import_take_unit(wish->rig, column->axis, unit, column))
+        return 0;
+    for (unsigned i = 0; i < UNITS_AXIS_WORDS; i++)
+        is_unit |= import_is_unit(unit, UNITS_POSITION, (enum units_axis)i);
+    return is_unit ? import_no_unit(text, column,
+                                    &wish->rig->axis[column->axis], unit)
+                   : 0;
+}
+
+/* "-" leaves out what is no time. */
 static int import_name_column(const struct import_text *text,
                               const struct import_wish *wish,
                               struct imported *imported, unsigned i)
@@ -364,7 +393,6 @@ static int import_name_column(const struct import_text *text,
     struct import_column *column = &imported->column[i];
     const bool is_said = wish->column_count > 0;
     const char *name = is_said ? wish->column[i] : column->called;
-    char base[IMPORT_NAME_MAX], unit[IMPORT_UNIT_MAX];
 
     column->axis = -1;
     column->part = IMPORT_LEFT_OUT;
@@ -384,10 +412,7 @@ static int import_name_column(const struct import_text *text,
                               "'%s' is an axis of the rig and a column of "
                               "times, expected another name",
                               name);
-    if (is_said && is_table && column->part == IMPORT_POSITION &&
-        column->unit[0] == 0 && import_split(column->name, base, unit))
-        (void)import_take_unit(wish->rig, column->axis, unit, column);
-    return 0;
+    return is_said ? import_keep_unit(text, wish, column) : 0;
 }
 
 int import_name_columns(const struct import_text *text,

@@ -51,8 +51,8 @@ struct options {
     int64_t loop; /* times; -1 when not given, 0: until a stop */
     bool ping_pong;
     const char *rig, *fps, *columns, *curve, *interface;
-    const char *scale, *offset, *decimal; /* import */
-    bool unwrap, frames; /* frames: fit */
+    const char *scale, *offset, *decimal;          /* import */
+    bool unwrap, frames;                           /* frames: fit */
     const char *root;                              /* doctor */
     const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
     const char *endpoints, *kind;

@@ -122,9 +122,10 @@ static enum status cmd_export_job(const struct import_format *format,
 static enum status cmd_export_run(const struct options *options)
 {
     const struct import_format *format = import_format_find(options->path[0]);
+    static const char *const none[] = { NULL };
     char message[YAML_MESSAGE_MAX];
     if (format == NULL || format->write == NULL) {
-        import_format_unknown(options->path[0], NULL, message);
+        import_format_unknown(options->path[0], none, message);
         return cmd_export_fail(message, "");
     }
     if (options->path_count < 2)

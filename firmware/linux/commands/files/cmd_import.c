@@ -17,6 +17,7 @@
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/files/import_urdf.h"
 #include "firmware/linux/commands/planning.h"
+#include "firmware/linux/xml/arcm.h"
 
 static enum status cmd_import_fail(const char *what, const char *which)
 {
@@ -285,6 +286,15 @@ static void cmd_import_curves(const struct imported *imported,
     }
 }
 
+static bool cmd_import_has_time(const struct imported *imported)
+{
+    for (unsigned i = 0; i < imported->columns; i++)
+        if (imported->column[i].part >= IMPORT_FRAMES &&
+            imported->column[i].part <= IMPORT_TIMECODES)
+            return true;
+    return false;
+}
+
 static void cmd_import_report(const struct imported *imported,
                               const struct import_wish *wish,
                               const struct import_fit fit[],
@@ -299,6 +309,8 @@ static void cmd_import_report(const struct imported *imported,
         printf("move: %s, %u %s, %llu %s\n", options->out, move->axis_count,
                number_word(move->axis_count, "axis", "axes"),
                (unsigned long long)keys, number_word(keys, "key", "keys"));
+        if (imported->first[0] != 0 && !cmd_import_has_time(imported))
+            printf("time 0: frame %s of the file\n", imported->first);
         if (imported->note[0] != 0)
             printf("lost: %s\n", imported->note);
         cmd_import_curves(imported, wish->rig, fit, NULL);
@@ -363,18 +375,30 @@ static enum status cmd_import_limits(const struct options *options)
     return import_urdf(options);
 }
 
+/* NULL, with the sentence said. */
+static const struct import_format *cmd_import_format(const char *name)
+{
+    static const char *const also[] = { "arcm", "urdf", NULL };
+    const struct import_format *format =
+        strcmp(name, "arcm") == 0 ? &arcm_format : import_format_find(name);
+    char message[YAML_MESSAGE_MAX];
+
+    if (format != NULL && format->read != NULL)
+        return format;
+    import_format_unknown(name, also, message);
+    (void)cmd_import_fail(message, "");
+    return NULL;
+}
+
 static enum status cmd_import_run(const struct options *options)
 {
     static struct rig rig;
     struct import_wish wish = { .rig = &rig };
-    char message[YAML_MESSAGE_MAX];
     if (options->path_count > 0 && strcmp(options->path[0], "urdf") == 0)
         return cmd_import_limits(options);
-    const struct import_format *format = import_format_find(options->path[0]);
-    if (format == NULL || format->read == NULL) {
-        import_format_unknown(options->path[0], "urdf", message);
-        return cmd_import_fail(message, "");
-    }
+    const struct import_format *format = cmd_import_format(options->path[0]);
+    if (format == NULL)
+        return STATUS_INPUT;
     if (options->path_count != 2)
         return cmd_import_fail("which file? expected FORMAT FILE", "");
     if (options->rig == NULL)
@@ -415,9 +439,10 @@ const struct command cmd_import = {
     .arguments = "FORMAT FILE",
     .summary = "read a move of another program",
     .text =
-        "Reads kuper, flair, raw (Dragonframe), csv, maya (.anim), blender\n"
-        "(JSON of examples/blender), ros-yaml or ros-json (JointTrajectory)\n"
-        "and writes a move file.  Columns find their axes by name, or by\n"
+        "Reads kuper, flair, raw or arcm (Dragonframe), csv, maya (.anim),\n"
+        "blender (JSON of examples/blender), ros-yaml or ros-json\n"
+        "(JointTrajectory) and writes a move file.  Columns find their axes by "
+        "name, or by\n"
         "--columns, which says of every one of them what it is: an axis\n"
         "(pan, pan_rad, 'pan (rad)'), a velocity (pan_deg_s), the time\n"
         "(frame, t, 't (ms)', timecode), - for none.  What became of each is\n"

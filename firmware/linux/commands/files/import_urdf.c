@@ -18,7 +18,7 @@
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/commands/rig_text.h"
-#include "firmware/linux/tools/urdf.h"
+#include "firmware/linux/xml/urdf.h"
 
 #define URDF_WRONG_MAX 256
 

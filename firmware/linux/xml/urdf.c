@@ -1,5 +1,5 @@
-/* firmware/linux/tools/urdf.c - see urdf.h. */
-#include "firmware/linux/tools/urdf.h"
+/* firmware/linux/xml/urdf.c - see urdf.h. */
+#include "firmware/linux/xml/urdf.h"
 
 #include <errno.h>
 #include <expat.h>

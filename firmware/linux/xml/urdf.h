@@ -1,11 +1,11 @@
-/* firmware/linux/tools/urdf.h - joints and their limits from a robot description,
+/* firmware/linux/xml/urdf.h - joints and their limits from a robot description,
  * URDF.
  *
  * Of every joint that moves: type, <limit lower upper velocity>, as the file has
  * the numbers: radian and metres.  Source: wiki.ros.org/urdf/XML/joint.  XML is
  * read by expat. */
-#ifndef FIRMWARE_LINUX_TOOLS_URDF_H
-#define FIRMWARE_LINUX_TOOLS_URDF_H
+#ifndef FIRMWARE_LINUX_XML_URDF_H
+#define FIRMWARE_LINUX_XML_URDF_H
 
 #include <stdbool.h>
 #include <stdint.h>
