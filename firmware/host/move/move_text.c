@@ -281,7 +281,7 @@ static int text_duration(struct text *self, const char *name,
         return 0;
     text_of_time(text, duration_ns_q12);
     return value.node != 0 ? yaml_text_replace(&self->yaml, &value, text)
-                           : yaml_text_insert(&self->yaml, name, text,
+                           : yaml_text_insert(&self->yaml, &root, name, text,
                                               text_first_part(self));
 }
 

@@ -160,14 +160,21 @@ static int fields_check_unknown(const struct yaml_value *map,
     return 0;
 }
 
-uint32_t yaml_fields_find(const struct yaml_value *map, const char *name)
+uint32_t yaml_fields_key(const struct yaml_value *map, const char *name)
 {
     const struct yaml_tree *tree = map->tree;
     uint32_t key = yaml_value_node(map)->first;
 
     while (key != 0 && strcmp(yaml_tree_text(tree, key), name) != 0)
         key = tree->node[tree->node[key].next].next;
-    return key != 0 ? tree->node[key].next : 0;
+    return key;
+}
+
+uint32_t yaml_fields_find(const struct yaml_value *map, const char *name)
+{
+    const uint32_t key = yaml_fields_key(map, name);
+
+    return key != 0 ? map->tree->node[key].next : 0;
 }
 
 static int fields_missing(const struct yaml_value *map,

@@ -46,6 +46,8 @@ int yaml_fields_read(const struct yaml_value *value,
 
 /* Node of the value under a key of a map, 0 when it is not there. */
 uint32_t yaml_fields_find(const struct yaml_value *map, const char *name);
+/* Node of the key itself. */
+uint32_t yaml_fields_key(const struct yaml_value *map, const char *name);
 
 /* Read a map whose keys are names the user gave: letters, digits, - and _,
  * beginning with a letter, shorter than PLAN_NAME_MAX; 1 .. max of them.

@@ -135,19 +135,19 @@ const char *yaml_text_newline(const struct yaml_text *self)
                : "\n";
 }
 
-int yaml_text_insert(struct yaml_text *self, const char *name,
-                     const char *value, uint32_t before)
+int yaml_text_insert(struct yaml_text *self, const struct yaml_value *map,
+                     const char *name, const char *value, uint32_t before)
 {
-    const struct yaml_value root = { &self->tree, 0, "the file", "a map" };
-    const uint32_t key = before != 0 ? before : yaml_value_node(&root)->first;
+    const uint32_t key = before != 0 ? before : yaml_value_node(map)->first;
     size_t open, at;
 
-    if (yaml_value_need(&root, YAML_TREE_MAP) < 0)
+    if (yaml_value_need(map, YAML_TREE_MAP) < 0)
         return -1;
     if (key == 0 ||
-        !yaml_text_place(self, yaml_tree_place(&self->tree, 0), &open) ||
+        !yaml_text_place(self, yaml_tree_place(&self->tree, map->node),
+                         &open) ||
         !yaml_text_place(self, yaml_tree_place(&self->tree, key), &at))
-        return yaml_value_refuse(&root, "has no place for %s", name);
+        return yaml_value_refuse(map, "has no place for %s", name);
     const bool flow = open < self->length && self->data[open] == '{';
     const uint32_t line = self->tree.node[key].line;
     struct yaml_text_edit *edit = text_edit(self);

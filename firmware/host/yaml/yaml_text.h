@@ -51,10 +51,10 @@ const char *yaml_text_newline(const struct yaml_text *self);
 int yaml_text_put(struct yaml_text *self, size_t at, size_t length,
                   const struct yaml_value *value, const char *by);
 
-/* `name: value` as a new entry of the map at the root, before the entry whose
- * key is the node `before` (0: the first). */
-int yaml_text_insert(struct yaml_text *self, const char *name,
-                     const char *value, uint32_t before);
+/* `name: value` as a new entry of a map, before the entry whose key is the node
+ * `before` (0: the first). */
+int yaml_text_insert(struct yaml_text *self, const struct yaml_value *map,
+                     const char *name, const char *value, uint32_t before);
 
 /* The new text, with a 0 after it, on the heap. */
 char *yaml_text_make(struct yaml_text *self, size_t *length);

@@ -1,35 +1,38 @@
-/* firmware/linux/xml/urdf.h - joints and their limits from a robot description,
- * URDF.
+/* firmware/linux/xml/urdf.h - joints of a robot description, URDF: their limits, and
+ * where they are.
  *
- * Of every joint that moves: type, <limit lower upper velocity>, as the file has
- * the numbers: radian and metres.  Source: wiki.ros.org/urdf/XML/joint.  XML is
- * read by expat. */
+ * Source: wiki.ros.org/urdf/XML/joint.  Numbers of limits are kept as the file has
+ * them: radian and metres. */
 #ifndef FIRMWARE_LINUX_XML_URDF_H
 #define FIRMWARE_LINUX_XML_URDF_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
-#include "firmware/host/base/files.h"
-#include "firmware/host/yaml/yaml_report.h"
+#include "firmware/linux/xml/xml.h"
 
 #define URDF_JOINTS_MAX 256
 #define URDF_NAME_MAX   64
-#define URDF_NUMBER_MAX 32
+#define URDF_UNREAD_MAX 16
 
 struct urdf_joint {
-    char name[URDF_NAME_MAX];
+    char name[URDF_NAME_MAX], parent[URDF_NAME_MAX], child[URDF_NAME_MAX];
+    bool moves;   /* else it is fixed, or of six or three axes (is_loose) */
     bool slides;  /* prismatic; else it turns */
     bool is_free; /* continuous: no position limits */
+    bool is_loose;
+    bool follows; /* mimic: another joint moves it */
     /* empty: not given */
-    char lower[URDF_NUMBER_MAX], upper[URDF_NUMBER_MAX],
-        velocity[URDF_NUMBER_MAX];
+    char lower[XML_NUMBER_MAX], upper[XML_NUMBER_MAX], velocity[XML_NUMBER_MAX];
+    /* of its frame in that of the parent: metres, and radian about the parent's
+     * x, y, z, in this order */
+    double origin[3], rpy[3];
+    double axis[3]; /* in its own frame; of any length but 0 */
     struct plan_place place;
 };
 
 struct urdf {
     struct urdf_joint joint[URDF_JOINTS_MAX];
-    uint32_t joints; /* fixed ones and those of six or three axes left out */
+    uint32_t joints;
+    struct xml_unread unread[URDF_UNREAD_MAX]; /* one a word */
+    uint32_t unreads;
 };
 
 /* 0, or -1 with the sentence written: FILE:LINE:COLUMN: what. */

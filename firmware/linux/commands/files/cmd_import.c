@@ -358,8 +358,11 @@ static enum status cmd_import_file(const struct import_format *format,
 /* A description of a robot is no move: its limits go into a rig. */
 static enum status cmd_import_limits(const struct options *options)
 {
-    if (options->path_count != 2)
-        return cmd_import_fail("which file? expected urdf FILE", "");
+    if (options->path_count < 2)
+        return cmd_import_fail("which file? expected urdf FILE, with "
+                               "joint_limits.yaml of MoveIt behind it where "
+                               "there is one",
+                               "");
     if (options->rig == NULL)
         return cmd_import_fail("into which rig? expected --rig RIG", "");
     if (options->out == NULL)
@@ -399,8 +402,14 @@ static enum status cmd_import_run(const struct options *options)
     const struct import_format *format = cmd_import_format(options->path[0]);
     if (format == NULL)
         return STATUS_INPUT;
-    if (options->path_count != 2)
+    if (options->path_count < 2)
         return cmd_import_fail("which file? expected FORMAT FILE", "");
+    if (options->path_count > 2) {
+        error_say("slew import: one argument too many: %s; see slew import "
+                  "--help",
+                  options->path[2]);
+        return STATUS_INPUT;
+    }
     if (options->rig == NULL)
         return cmd_import_fail("for which axes? expected --rig RIG", "");
     if (options->out == NULL)
@@ -436,7 +445,8 @@ static const struct option_row cmd_import_option[] = {
 
 const struct command cmd_import = {
     .name = "import",
-    .arguments = "FORMAT FILE",
+    .arguments = "FORMAT FILE [FILE]",
+    .path_max = 3,
     .summary = "read a move of another program",
     .text =
         "Reads kuper, flair, raw or arcm (Dragonframe), csv, maya (.anim),\n"
@@ -450,16 +460,21 @@ const struct command cmd_import = {
         "limit of the rig is named, with the curve that was taken or would\n"
         "pass, or the row that cannot be meant.  docs/FORMATS.md says what is\n"
         "read and what is lost.\n\n"
-        "urdf reads limits of position and velocity from a robot description\n"
-        "into the text of a rig file, whose axes have the joints' names;\n"
-        "comments and all else stay.\n",
+        "urdf reads limits of position and velocity from a robot description,\n"
+        "and those of MoveIt from a joint_limits.yaml behind it, into the "
+        "text\n"
+        "of a rig file, whose axes have the joints' names; and the geometry "
+        "of\n"
+        "the arm into kinematics, where the rig has none.  Comments and all\n"
+        "else stay.\n",
     .examples =
         "  slew import kuper shot.txt --rig rig.yaml --fps 24 --out move.yaml\n"
         "  slew import raw shot.txt --rig rig.yaml --fps 24 --columns pan,tilt "
         "--out move.yaml\n"
         "  slew import csv shot.csv --rig rig.yaml --decimal comma --unwrap "
         "--scale slide=10 --out move.yaml\n"
-        "  slew import urdf arm.urdf --rig rig.yaml --out rig.yaml\n",
+        "  slew import urdf arm.urdf joint_limits.yaml --rig rig.yaml --out "
+        "rig.yaml\n",
     COMMAND_OPTIONS(cmd_import_option),
     .run = cmd_import_run,
 };
