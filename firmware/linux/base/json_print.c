@@ -27,6 +27,20 @@ void json_print(cJSON *item, FILE *file)
     fputc('\n', file);
 }
 
+void json_report_to(cJSON *report, bool ok, FILE *file)
+{
+    cJSON *const first = cJSON_AddBoolToObject(report, "ok", ok);
+
+    cJSON_InsertItemInArray(report, 0,
+                            cJSON_DetachItemViaPointer(report, first));
+    json_print(report, file);
+}
+
+void json_report(cJSON *report, bool ok)
+{
+    json_report_to(report, ok, stdout);
+}
+
 void json_print_line(cJSON *item, FILE *file)
 {
     json_put(item, file, false);

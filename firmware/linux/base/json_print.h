@@ -10,6 +10,11 @@
 void json_print(cJSON *item, FILE *file);      /* indented, line end */
 void json_print_line(cJSON *item, FILE *file); /* one line, no line end */
 
+/* What a command answers with --json, to standard output: "ok" stands first, whether
+ * what was asked for is done and what was judged is good. */
+void json_report(cJSON *report, bool ok);
+void json_report_to(cJSON *report, bool ok, FILE *file);
+
 /* Has one been printed to standard output? */
 bool json_is_printed(void);
 

@@ -86,10 +86,9 @@ static enum status command_json(enum status status)
     if (status == STATUS_OK || json_is_printed())
         return status;
     cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", false);
     cJSON_AddNumberToObject(report, "status", status);
     cJSON_AddStringToObject(report, "error", error_said());
-    json_print(report, stdout);
+    json_report(report, false);
     return status;
 }
 

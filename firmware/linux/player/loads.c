@@ -6,6 +6,7 @@
 
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/units.h"
+#include "firmware/host/job/job.h"
 #include "motion/core/fixed.h"
 
 void loads_init(struct loads *loads, struct machine_sim *sim)
@@ -149,7 +150,7 @@ static void loads_json_cameras(const struct loads *loads, cJSON *object)
     }
 }
 
-void loads_print(const struct loads *loads, FILE *file)
+void loads_print(const struct loads *loads, const struct job *job, FILE *file)
 {
     const struct rig *rig = loads->sim->rig;
 
@@ -168,7 +169,9 @@ void loads_print(const struct loads *loads, FILE *file)
     for (unsigned i = 0; i < rig->payload_count; i++)
         loads_print_payload(loads, i, file);
     for (unsigned i = 0; i < rig->line_count; i++)
-        if (rig->line[i].kind == RIG_LINE_TRIGGER && loads->move_ns != 0)
+        if (rig->line[i].kind == RIG_LINE_TRIGGER && loads->move_ns != 0 &&
+            (job->shots[i].count > 0 ||
+             loads->sim->line[i].camera.pictures > 0))
             loads_print_camera(loads, i, file);
 }
 

@@ -10,6 +10,7 @@
 #include "firmware/linux/machine/machine_sim.h"
 
 struct cJSON;
+struct job;
 
 /* Of a payload. */
 struct payload_seen {
@@ -38,8 +39,8 @@ void loads_init(struct loads *loads, struct machine_sim *sim);
 void loads_free(struct loads *loads);
 /* In every tick. */
 void loads_step(struct loads *loads, enum telemetry_phase phase);
-/* A line for each axis that has one. */
-void loads_print(const struct loads *loads, FILE *file);
+/* A line for each axis that has one, and for each camera that took pictures or was to. */
+void loads_print(const struct loads *loads, const struct job *job, FILE *file);
 void loads_json(const struct loads *loads, struct cJSON *object);
 
 #endif

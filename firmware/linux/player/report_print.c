@@ -273,7 +273,7 @@ void report_print(const struct report *report, FILE *file)
                 report_end_text(report->end));
     report_fault(report, file);
     if (report->loads != NULL)
-        loads_print(report->loads, file);
+        loads_print(report->loads, report->job, file);
     if (report->faults != NULL)
         machine_fault_print(report->faults, file);
     report_torque(report, file);
@@ -427,5 +427,6 @@ void report_json(const struct report *report, FILE *file)
     cJSON_AddNumberToObject(object, "ticks_lost", (double)report->ticks_lost);
     cJSON_AddNumberToObject(object, "rows_lost", (double)report->rows_dropped);
     report_json_files(report, object);
-    json_print(object, file);
+    json_report_to(object, report->end == REPORT_DONE && !report->torque_left,
+                   file);
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
 #include "firmware/host/plot/plot_spread.h"
 #include "firmware/linux/base/error.h"
@@ -183,7 +184,9 @@ static void out_say(const struct options *options,
     table_print(&text, stdout);
     table_free(&text);
     if (missing > 0 && options->merge)
-        printf("%" PRIu64 " runs of the batch are missing\n", missing);
+        printf("%" PRIu64 " %s of the batch %s missing\n", missing,
+               number_word(missing, "run", "runs"),
+               number_word(missing, "is", "are"));
     printf("%s\n", options->out);
 }
 
@@ -191,7 +194,6 @@ static void out_json(const struct options *options,
                      const struct batch_table *table, uint64_t missing)
 {
     cJSON *const report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", missing == 0 || !options->merge);
     cJSON_AddNumberToObject(report, "runs", (double)table->rows);
     cJSON_AddNumberToObject(report, "not_done", (double)out_bad(table));
     cJSON_AddNumberToObject(report, "missing", (double)missing);
@@ -212,7 +214,7 @@ static void out_json(const struct options *options,
         cJSON_AddNumberToObject(of, "max", value[table->rows - 1]);
         memory_free(value);
     }
-    json_print(report, stdout);
+    json_report(report, missing == 0 || !options->merge);
 }
 
 enum status batch_out_try(const struct options *options)

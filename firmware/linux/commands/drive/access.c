@@ -34,11 +34,10 @@ static enum status access_show(const struct options *options,
     if (options->json) {
         cJSON *report = cJSON_CreateObject();
 
-        cJSON_AddBoolToObject(report, "ok", !bad);
         cJSON_AddStringToObject(report, "drive", session->label);
         cJSON_AddItemToObject(report, "values",
                               drive_values_json(value, count));
-        json_print(report, stdout);
+        json_report(report, !bad);
     } else {
         drive_values_print(value, count);
     }

@@ -11,7 +11,6 @@ static void info_json(const struct session *session,
 {
     cJSON *report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", info->ok);
     cJSON_AddStringToObject(report, "drive", session->label);
     if (info->is_unsupervised)
         cJSON_AddBoolToObject(report, "unsupervised", true);
@@ -32,7 +31,7 @@ static void info_json(const struct session *session,
                              cJSON_CreateString(info->missing[i].number));
     if (info->fault[0] != '\0')
         cJSON_AddStringToObject(report, "fault", info->fault);
-    json_print(report, stdout);
+    json_report(report, info->ok);
 }
 
 /* Of one that a rig has. */

@@ -172,7 +172,6 @@ static void lss_json(const struct lss_job *job)
 {
     cJSON *report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", true);
     json_add_integer(report, "vendor", job->found.vendor);
     json_add_integer(report, "product", job->found.product);
     json_add_integer(report, "revision", job->found.revision);
@@ -184,7 +183,7 @@ static void lss_json(const struct lss_job *job)
     if (job->do_rate)
         json_add_integer(report, "bit_rate", job->number);
     cJSON_AddBoolToObject(report, "stored", job->do_store);
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 static int lss_open(const struct options *options, struct bench *bench,

@@ -11,12 +11,11 @@ static void reset_json(const struct session *session, const struct reset *reset)
 {
     cJSON *report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", !reset->is_fault);
     cJSON_AddStringToObject(report, "drive", session->label);
     cJSON_AddBoolToObject(report, "was_fault", reset->was_fault);
     cJSON_AddStringToObject(report, "reason", reset->reason);
     cJSON_AddStringToObject(report, "state", reset->state);
-    json_print(report, stdout);
+    json_report(report, !reset->is_fault);
 }
 
 static void reset_print(const struct session *session,

@@ -55,7 +55,6 @@ static void sheet_json(const struct eds *eds, unsigned missing)
 {
     cJSON *report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", missing == 0);
     cJSON_AddStringToObject(report, "vendor", eds->vendor);
     cJSON_AddStringToObject(report, "product", eds->product);
     cJSON *objects = cJSON_AddArrayToObject(report, "objects");
@@ -80,7 +79,7 @@ static void sheet_json(const struct eds *eds, unsigned missing)
         cJSON_AddStringToObject(warning, "what", eds->warning[i].text);
         cJSON_AddItemToArray(warnings, warning);
     }
-    json_print(report, stdout);
+    json_report(report, missing == 0);
 }
 
 static void sheet_print(const struct eds *eds, unsigned missing)

@@ -20,7 +20,6 @@
 static void cmd_check_json(const struct job *job, bool fits)
 {
     cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", job->violation_count == 0 && fits);
     cJSON_AddStringToObject(report, "title", job->move.title);
     cJSON_AddNumberToObject(report, "axes", job->move.axis_count);
     cJSON_AddNumberToObject(report, "duration_s",
@@ -32,7 +31,7 @@ static void cmd_check_json(const struct job *job, bool fits)
     budget_json(&job->rig, job, report);
     monitored_json(&job->rig, report);
     shots_plan_json(job, report);
-    json_print(report, stdout);
+    json_report(report, job->violation_count == 0 && fits);
 }
 
 static void cmd_check_buses(const struct job *job)

@@ -1,10 +1,13 @@
 /* firmware/linux/commands/files/cmd_compile.c - slew compile: planned tracks into a
  * file that can be played without being held in memory. */
+#include <cjson/cJSON.h>
 #include <stdio.h>
 
 #include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
 #include "firmware/host/job/job.h"
 #include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
@@ -16,6 +19,30 @@ static enum status cmd_compile_save(const struct job *job, const char *path)
         return STATUS_SYSTEM;
     job_compile(job, output.file);
     return output_commit(&output) < 0 ? STATUS_SYSTEM : STATUS_OK;
+}
+
+static void cmd_compile_report(const struct job *job,
+                               const struct options *options)
+{
+    const double end_s = number_double(job->end_ns_q12, 12) / 1e9;
+    uint32_t segments = 0;
+
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        segments += job->track[i].count;
+    if (!options->json) {
+        printf("compiled: %s, %u %s, %u %s, %.3f s\n", options->out,
+               job->move.axis_count,
+               number_word(job->move.axis_count, "axis", "axes"), segments,
+               number_word(segments, "segment", "segments"), end_s);
+        return;
+    }
+    cJSON *report = cJSON_CreateObject();
+    cJSON_AddStringToObject(report, "written", options->out);
+    cJSON_AddNumberToObject(report, "duration_s", end_s);
+    cJSON_AddNumberToObject(report, "axes", job->move.axis_count);
+    cJSON_AddNumberToObject(report, "segments", segments);
+    job_json_hash(job, report);
+    json_report(report, true);
 }
 
 static enum status cmd_compile_run(const struct options *options)
@@ -34,6 +61,8 @@ static enum status cmd_compile_run(const struct options *options)
     }
     if (status == STATUS_OK)
         status = cmd_compile_save(job, options->out);
+    if (status == STATUS_OK)
+        cmd_compile_report(job, options);
     job_free(job);
     memory_free(job);
     return status;

@@ -93,7 +93,7 @@ static void cmd_export_report(const struct job *job, const char *path,
     for (unsigned i = 0; i < job->move.axis_count; i++)
         if (cmd_export_lost(job, i, lost))
             cJSON_AddItemToArray(list, cJSON_CreateString(lost));
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 static enum status cmd_export_job(const struct import_format *format,

@@ -178,7 +178,6 @@ static cJSON *cmd_fit_json(const struct cmd_fit *self)
 {
     cJSON *const report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", true);
     cJSON_AddStringToObject(report, "method",
                             repair_words[self->repair.method]);
     cJSON_AddNumberToObject(report, "duration_before_s",
@@ -295,7 +294,7 @@ static enum status cmd_fit_job(struct cmd_fit *self,
         cmd_fit_text(self);
     status = cmd_fit_draw(self, report);
     if (report != NULL)
-        json_print(report, stdout);
+        json_report(report, status == STATUS_OK);
     return status;
 }
 

@@ -137,6 +137,7 @@ static enum status cmd_gallery_picture(struct cmd_gallery *self,
     struct job *one = memory_new(1, sizeof *one);
     one->rig = self->job->rig;
     one->rig.memory = (struct memory_pool){ NULL }; /* it stays the other's */
+    one->rig.line_count = 0; /* keys alone trigger nothing */
     one->compared = true;
     job_capacity(one, 1);
     if (plan_move_reserve(&one->move, 1) < 0)
@@ -323,7 +324,7 @@ static void cmd_gallery_report(const char *path, bool json)
     cJSON *report = cJSON_CreateObject();
     cJSON_AddStringToObject(report, "gallery", path);
     cJSON_AddNumberToObject(report, "curves", compare_spellings);
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 static enum status cmd_gallery_run(const struct options *options)

@@ -317,14 +317,13 @@ static void cmd_import_report(const struct imported *imported,
         return;
     }
     cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", true);
     cJSON_AddStringToObject(report, "move", options->out);
     cJSON_AddNumberToObject(report, "axes", move->axis_count);
     cJSON_AddNumberToObject(report, "keys", (double)keys);
     cJSON_AddStringToObject(report, "lost", imported->note);
     cmd_import_columns(imported, wish, report);
     cmd_import_curves(imported, wish->rig, fit, report);
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 static enum status cmd_import_file(const struct import_format *format,

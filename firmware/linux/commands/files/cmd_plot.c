@@ -117,7 +117,7 @@ static void cmd_plot_report(const char *path, bool json)
     }
     cJSON *report = cJSON_CreateObject();
     cJSON_AddStringToObject(report, "picture", path);
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 static enum status cmd_plot_space(const struct job *job,

@@ -115,9 +115,11 @@ static void cmd_report_clock(const struct cmd_report *self)
                number_word(self->file.damaged, "chunk was", "chunks were"));
     if (strcmp(cmd_report_end(self, "realtime"), "0") == 0)
         return;
-    printf("clock: %" PRIu64 " ticks lost; wake-ups at most %.3f ms late, "
+    printf("clock: %" PRIu64 " %s lost; wake-ups at most %.3f ms late, "
            "99 %% at most %.3f ms\n",
-           figures->ticks_lost, (double)figures->late_ns / 1e6,
+           figures->ticks_lost,
+           number_word(figures->ticks_lost, "tick", "ticks"),
+           (double)figures->late_ns / 1e6,
            (double)figures_late_ns(figures, 990) / 1e6);
 }
 
@@ -237,7 +239,7 @@ static void cmd_report_json(const struct cmd_report *self)
         cJSON_AddItemToArray(axes, cmd_report_json_axis(self, i));
     cmd_report_json_shots(self, object);
     cmd_report_json_notes(self, object);
-    json_print(object, stdout);
+    json_report(object, true);
 }
 
 /* --- the command --- */

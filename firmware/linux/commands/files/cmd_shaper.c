@@ -160,7 +160,7 @@ static void cmd_shaper_json(const struct plan_shaper_fit *fit)
                                 plan_shaper_word((enum plan_shaper_kind)kind),
                                 &shaper, fit->second_hz);
     }
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 static enum status cmd_shaper_file(const struct options *options,

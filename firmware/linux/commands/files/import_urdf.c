@@ -358,7 +358,6 @@ static void urdf_json(const struct import_urdf *self)
     char after[YAML_TEXT_VALUE_MAX];
     cJSON *report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", true);
     cJSON_AddStringToObject(report, "rig", self->options->out);
     cJSON_AddNumberToObject(report, "axes", self->found);
     cJSON *list = cJSON_AddArrayToObject(report, "changes");
@@ -375,7 +374,7 @@ static void urdf_json(const struct import_urdf *self)
                    urdf_json_left);
     if (self->has_urdf)
         import_arm_json(&self->arm, report);
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 enum status import_urdf(const struct options *options)

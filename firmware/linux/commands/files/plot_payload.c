@@ -251,7 +251,7 @@ static void film_say(const struct film *self, const struct options *options,
         cJSON_AddNumberToObject(report, "moments", self->film.moments);
         cJSON_AddNumberToObject(report, "every_s", self->film.every_s);
         cJSON_AddBoolToObject(report, "sequence", sequence);
-        json_print(report, stdout);
+        json_report(report, true);
     } else if (sequence) {
         printf("pictures: %.*s-0001.png to -%04u.png, one every %.3g s\n",
                (int)(strlen(options->out) - strlen(".png")), options->out,

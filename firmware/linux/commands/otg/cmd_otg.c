@@ -313,10 +313,8 @@ static enum status cmd_otg_finish(struct cmd_otg *self)
     cJSON *report = self->rows != NULL ? cJSON_CreateObject() : NULL;
     enum status status = cmd_otg_plot(self, report);
     if (report != NULL) {
-        cJSON_AddBoolToObject(report, "ok",
-                              status == STATUS_OK && self->refused == 0);
         cJSON_AddItemToObject(report, "rows", self->rows);
-        json_print(report, stdout);
+        json_report(report, status == STATUS_OK && self->refused == 0);
     }
     if (self->bent > 0)
         fprintf(stderr,

@@ -29,7 +29,6 @@ static void cmd_doctor_json(const struct doctor *doctor)
 {
     cJSON *report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", doctor_worst(doctor) != DOCTOR_BAD);
     cJSON *lines = cJSON_AddArrayToObject(report, "lines");
     for (unsigned i = 0; i < doctor->count; i++) {
         const struct doctor_line *line = &doctor->line[i];
@@ -42,7 +41,7 @@ static void cmd_doctor_json(const struct doctor *doctor)
         cJSON_AddStringToObject(object, "advice", line->advice);
         cJSON_AddItemToArray(lines, object);
     }
-    json_print(report, stdout);
+    json_report(report, doctor_worst(doctor) != DOCTOR_BAD);
 }
 
 static void cmd_doctor_text(const struct doctor *doctor)

@@ -270,7 +270,7 @@ static void cmd_scan_json(const struct scan *scan)
         cJSON_AddItemToArray(found, cmd_scan_json_found(&scan->found[i]));
     for (unsigned i = 0; i < scan->notes; i++)
         cJSON_AddItemToArray(notes, cJSON_CreateString(scan->note[i]));
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 /* ---- the command ---- */

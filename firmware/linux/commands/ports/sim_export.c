@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/base/output.h"
@@ -47,18 +48,18 @@ static void export_say(const struct options *options,
 {
     const int version = options->fmi == 2 ? 2 : 3;
     if (!options->json) {
-        printf("%s: FMI %d.0 co-simulation, %u axes, step %.9g s or any "
+        printf("%s: FMI %d.0 co-simulation, %u %s, step %.9g s or any "
                "other\n",
                options->out, version, model->rig.axis_count,
+               number_word(model->rig.axis_count, "axis", "axes"),
                1e-9 * (double)model->rig.period_ns);
         return;
     }
     cJSON *const report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", true);
     cJSON_AddStringToObject(report, "file", options->out);
     cJSON_AddNumberToObject(report, "fmi", version);
     cJSON_AddNumberToObject(report, "axes", model->rig.axis_count);
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 /* Every drive of the rig is enabled once: what cannot be simulated here cannot

@@ -271,7 +271,6 @@ void sim_fit_json(const struct sim_fit_all *all)
 {
     cJSON *const report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", true);
     cJSON_AddStringToObject(report, "recording", all->recording);
     cJSON *const list = cJSON_AddArrayToObject(report, "axes");
     for (uint32_t i = 0; i < all->rig.axis_count; i++)
@@ -282,7 +281,7 @@ void sim_fit_json(const struct sim_fit_all *all)
         cJSON_AddStringToObject(report, "picture", all->options->plot);
     if (!all->options->dry_run)
         cJSON_AddStringToObject(report, "written", fit_to(all));
-    json_print(report, stdout);
+    json_report(report, true);
 }
 
 /* ---- the picture ---- */

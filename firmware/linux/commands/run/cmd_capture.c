@@ -335,10 +335,11 @@ static void capture_report(const struct cmd_capture *self)
                                 number_double(self->tolerance_q32[i], 32));
         cJSON_AddItemToArray(list, row);
     }
-    if (self->options->json)
-        json_print(report, stdout);
-    else
-        printf("move: %s\n", self->options->out);
+    if (self->options->json) {
+        json_report(report, true);
+        return;
+    }
+    printf("move: %s\n", self->options->out);
     cJSON_Delete(report);
 }
 

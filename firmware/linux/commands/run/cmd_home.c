@@ -288,7 +288,6 @@ static void cmd_home_report(const struct cmd_home *self)
 static void cmd_home_json(const struct cmd_home *self, enum status status)
 {
     cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
     cJSON *list = cJSON_AddArrayToObject(report, "axes");
     for (unsigned i = 0; i < self->live.rig->axis_count; i++) {
         const struct machine_view_axis *axis = &self->view.axis[i];
@@ -307,7 +306,7 @@ static void cmd_home_json(const struct cmd_home *self, enum status status)
     if (self->fault[0] != 0)
         cJSON_AddStringToObject(report, "fault", self->fault);
     cJSON_AddNumberToObject(report, "duration_s", (double)self->dur_ns / 1e9);
-    json_print(report, stdout);
+    json_report(report, status == STATUS_OK);
 }
 
 /* --- the command --- */

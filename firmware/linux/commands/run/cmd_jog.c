@@ -177,7 +177,6 @@ static void cmd_jog_report(const struct cmd_jog *self, enum status status)
     char from[NUMBER_MAX], pos[NUMBER_MAX];
     if (self->options->json) {
         cJSON *report = cJSON_CreateObject();
-        cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
         cJSON_AddStringToObject(report, "axis", axis->name);
         cJSON_AddStringToObject(report, "unit", units_axis_text(axis->unit));
         json_add_fixed(report, "from", result->from_q32, 32);
@@ -187,7 +186,7 @@ static void cmd_jog_report(const struct cmd_jog *self, enum status status)
                                 (double)result->dur_ns / 1e9);
         if (result->fault[0] != 0)
             cJSON_AddStringToObject(report, "fault", result->fault);
-        json_print(report, stdout);
+        json_report(report, status == STATUS_OK);
         return;
     }
     number_fixed(from, result->from_q32, 32, 4);

@@ -32,7 +32,6 @@ static void cmd_off_json(const struct rig *rig, const struct off_axis axis[],
                          bool all)
 {
     cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", all);
     cJSON *list = cJSON_AddArrayToObject(report, "axes");
     for (unsigned i = 0; i < rig->axis_count; i++) {
         cJSON *item = cJSON_CreateObject();
@@ -43,7 +42,7 @@ static void cmd_off_json(const struct rig *rig, const struct off_axis axis[],
                                 hal_drive_state_text(axis[i].state));
         cJSON_AddStringToObject(item, "what", axis[i].text);
     }
-    json_print(report, stdout);
+    json_report(report, all);
 }
 
 static enum status cmd_off_rig(const struct rig *rig,

@@ -289,9 +289,8 @@ enum status live_dry_run_alone(struct live *live, const struct options *options)
     const enum status status = live_dry_run(live, options);
     if (status == STATUS_OK && options->json) {
         cJSON *report = cJSON_CreateObject();
-        cJSON_AddBoolToObject(report, "ok", true);
         cJSON_AddBoolToObject(report, "dry_run", true);
-        json_print(report, stdout);
+        json_report(report, true);
     }
     return status;
 }

@@ -179,12 +179,11 @@ void run_intent_json(const struct run_when *self, enum status status)
 {
     const struct job *job = self->job;
     cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
     cJSON_AddStringToObject(report, "title", job->move.title);
     cJSON_AddNumberToObject(report, "duration_s",
                             number_double(run_intent_duration(self), 12) / 1e9);
     job_json_warnings(job, report);
     job_json_violations(job, report);
     budget_json(&job->rig, NULL, report);
-    json_print(report, stdout);
+    json_report(report, status == STATUS_OK);
 }

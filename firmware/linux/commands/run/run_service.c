@@ -155,9 +155,8 @@ static enum status run_begin(struct served *self, const char *move)
     interrupt_listen_no_more();
     if (status == STATUS_OK && options->json) {
         cJSON *report = cJSON_CreateObject();
-        cJSON_AddBoolToObject(report, "ok", true);
         cJSON_AddBoolToObject(report, "service", true);
-        json_print(report, stdout);
+        json_report(report, true);
     }
     return status;
 }
