@@ -76,59 +76,6 @@ static void path_shoot_text(const struct job *job, FILE *file)
                 period, end);
 }
 
-/* As many of the pictures are listed, evenly. */
-#define PATH_SHOTS 24
-
-/* When each opens, and where the axes are then. */
-static void path_shots_text(const struct job *job, FILE *file)
-{
-    static const char *const head[TABLE_COLUMNS_MAX] = {
-        ">picture", ">opens at", ">", ">", ">", ">",
-        ">",        ">",         ">", ">", ">", ">",
-    };
-    const struct plan_shoot *shoot = job->move.shoot;
-    const unsigned axes = job->move.axis_count < TABLE_COLUMNS_MAX - 2
-                              ? job->move.axis_count
-                              : TABLE_COLUMNS_MAX - 2;
-    const char *column[TABLE_COLUMNS_MAX];
-    char name[TABLE_COLUMNS_MAX][TABLE_CELL_MAX], text[NUMBER_MAX];
-    struct plan_shoot_times times;
-    struct table table;
-    if (shoot == NULL)
-        return;
-    plan_shoot_times(shoot, &times);
-    for (unsigned i = 0; i < axes + 2; i++) {
-        column[i] = head[i];
-        if (i < 2)
-            continue;
-        snprintf(name[i], sizeof name[i], ">%s, %s", job->move.axis[i - 2].name,
-                 units_axis_text(job_rig_axis(job, i - 2)->unit));
-        column[i] = name[i];
-    }
-    const uint32_t rows =
-        shoot->frames < PATH_SHOTS ? shoot->frames : PATH_SHOTS;
-    table_init(&table, axes + 2, column);
-    for (uint32_t k = 0; k < rows; k++) {
-        const uint32_t frame =
-            (uint32_t)((uint64_t)k * (shoot->frames - 1) / (rows - 1));
-        const int64_t open_ns_q12 =
-            times.first_ns_q12 + frame * times.period_ns_q12;
-        number_seconds(text, open_ns_q12);
-        table_cell(&table, "%u", frame + 1);
-        table_cell(&table, "%s s", text);
-        for (unsigned i = 0; i < axes; i++) {
-            struct motion_cursor cursor = { 0 };
-            struct motion_sample at;
-            motion_track_sample(&job->track[i], &cursor, open_ns_q12, &at);
-            number_fixed(text, at.pos_q32, 32, 3);
-            table_cell(&table, "%s", text);
-        }
-    }
-    fputc('\n', file);
-    table_print(&table, file);
-    table_free(&table);
-}
-
 /* At what pace the move is played to take the time that it is to take. */
 static void path_duration_text(const struct job *job, FILE *file)
 {
@@ -196,7 +143,6 @@ static void path_warp_text(const struct job *job, FILE *file)
             "the move at that time\n",
             number_double(peak, 32) / 1000, t,
             path_double(job->outcome.warp_bound));
-    path_shots_text(job, file);
 }
 
 /* How far the axes are from where the path in space requires them. */
@@ -238,9 +184,11 @@ void path_report_text(const struct job *job, FILE *file)
             length, unit, path_double(drive->space.table.error), unit,
             drive->space.table.evaluations);
     fprintf(file,
-            "      at most %s %s/s along it, at %s s; baked in %u segments, "
+            "      at most %s %s/s along it, at %s s; baked in %u %s, "
             "axes within %.1g %s\n",
-            speed, unit, t, drive->segments, path_bound(job), unit);
+            speed, unit, t, drive->segments,
+            number_word(drive->segments, "segment", "segments"),
+            path_bound(job), unit);
     path_carrier_text(job, file);
     path_camera_text(job, file);
     path_warp_text(job, file);

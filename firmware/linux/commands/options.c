@@ -215,7 +215,6 @@ int options_parse(const struct command *command, int argc, char *argv[],
     options_long(command, list);
     *options = (struct options){
         .rate_uhz = -1,
-        .from_ns = -1,
         .to_ns = -1,
         .resume_after_ns = -1,
         .dead_man_ns = -1,

@@ -46,7 +46,8 @@ struct options {
     const char *out, *axis, *plot, *compare;
     const char *method, *tolerance;               /* fit */
     const char *telemetry, *can_log, *modbus_log; /* run */
-    const char *record, *at, *on_edge, *hold_at, *from, *faults;
+    const char *record, *at, *on_edge, *hold_at, *from, *to, *faults;
+    const char *pictures;
     const char *follow, *follow_at;
     int64_t loop; /* times; -1 when not given, 0: until a stop */
     bool ping_pong;
@@ -61,7 +62,7 @@ struct options {
     bool home, once;                     /* jog, monitor */
     int64_t baud, timeout_ns, listen_ns; /* 0 when not given */
     int64_t rate_uhz;
-    int64_t from_ns, to_ns, resume_after_ns;
+    int64_t to_ns, resume_after_ns;
     const char *speed, *keys;           /* jog */
     int64_t dead_man_ns, key_every_ns;  /* jog */
     int64_t override_q30;               /* 100 % when not given */

@@ -200,3 +200,18 @@ enum status planning_rig(const char *path, struct rig *rig)
     error_tell(&messages);
     return status;
 }
+
+enum status planning_time(const struct job *job, const char *command,
+                          const char *option, const char *text,
+                          int64_t *t_ns_q12)
+{
+    const struct units_context units = {
+        .fps = { job->move.fps_num, job->move.fps_den },
+    };
+    char sentence[UNITS_SENTENCE_MAX];
+
+    if (units_parse(text, UNITS_TIME, &units, t_ns_q12, sentence) >= 0)
+        return STATUS_OK;
+    error_say("slew %s: %s: %s", command, option, sentence);
+    return STATUS_INPUT;
+}

@@ -23,6 +23,11 @@ enum status planning_rig_path(const char *path, char name[PLANNING_PATH_MAX]);
 /* As job_read_rig, of such a file. */
 enum status planning_rig(const char *path, struct rig *rig);
 
+/* A time of the move that an option has, in seconds, frames or timecode of it. */
+enum status planning_time(const struct job *job, const char *command,
+                          const char *option, const char *text,
+                          int64_t *t_ns_q12);
+
 /* Of whoever does long work: where stderr is a terminal there is a line after a
  * second, rewritten five times a second, and nothing is left of it once the
  * work is over.  One at a time. */

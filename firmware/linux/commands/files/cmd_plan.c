@@ -11,7 +11,9 @@
 #include "firmware/host/job/job_camera.h"
 #include "firmware/host/job/job_shape.h"
 #include "firmware/host/job/path_report.h"
+#include "firmware/host/job/pictures.h"
 #include "firmware/host/rig/modbus_budget.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
@@ -99,7 +101,8 @@ static void cmd_plan_times(const struct job *job)
     if (move->times < 0)
         fputs("played until it is stopped", stdout);
     else
-        printf("played %d times", move->times);
+        printf("played %d %s", move->times,
+               number_word((uint64_t)move->times, "time", "times"));
     puts(move->is_ping_pong ? ", every second time in reverse"
          : cmd_plan_ends_elsewhere(job)
              ? "; it ends elsewhere than it starts: "
@@ -128,6 +131,7 @@ static void cmd_plan_text(const struct job *job)
     path_report_text(job, stdout);
     job_shape_print(job, stdout);
     job_camera_text(job, stdout);
+    pictures_text(job, stdout);
 }
 
 static void cmd_plan_segments(const struct job *job, unsigned axis)
@@ -209,7 +213,8 @@ static void cmd_plan_json(const struct job *job)
     path_report_json(job, report);
     job_shape_json(job, report);
     job_camera_json(job, report);
-    json_print(report, stdout);
+    pictures_json(job, report);
+    json_report(report, true);
 }
 
 static void cmd_plan_save_segment(const struct motion_segment *segment,
@@ -270,6 +275,21 @@ static enum status cmd_plan_save(const struct job *job, const char *path)
     return output_commit(&output) < 0 ? STATUS_SYSTEM : STATUS_OK;
 }
 
+static enum status cmd_plan_pictures(const struct job *job, const char *path)
+{
+    struct output output;
+
+    if (job->move.shoot == NULL) {
+        error_say("slew plan: --pictures: the move has no shoot, expected one "
+                  "with it");
+        return STATUS_INPUT;
+    }
+    if (output_open(&output, path) < 0)
+        return STATUS_SYSTEM;
+    pictures_csv(job, output.file);
+    return output_commit(&output) < 0 ? STATUS_SYSTEM : STATUS_OK;
+}
+
 static enum status cmd_plan_job(struct job *job, const struct options *options)
 {
     enum status status =
@@ -278,6 +298,8 @@ static enum status cmd_plan_job(struct job *job, const struct options *options)
         return status;
     if (options->out != NULL)
         status = cmd_plan_save(job, options->out);
+    if (status == STATUS_OK && options->pictures != NULL)
+        status = cmd_plan_pictures(job, options->pictures);
     if (status != STATUS_OK)
         return status;
     if (options->json)
@@ -308,6 +330,9 @@ static const struct option_row cmd_plan_option[] = {
       "print the length of the path by every rule, and what each costs" },
     { "out", "FILE", OPTION_TEXT, offsetof(struct options, out),
       "save the tracks as JSON, coefficients as integers" },
+    { "pictures", "FILE", OPTION_TEXT, offsetof(struct options, pictures),
+      "of a shoot: save when each picture opens and closes, and where the axes "
+      "are then, as CSV" },
     OPTIONS_COMMON,
 };
 
@@ -328,7 +353,8 @@ const struct command cmd_plan = {
             "integers.\n",
     .examples = "  slew plan examples/dolly\n"
                 "  slew plan --segments rig.yaml move.yaml\n"
-                "  slew plan --out tracks.json examples/dolly\n",
+                "  slew plan --out tracks.json examples/dolly\n"
+                "  slew plan --pictures frames.csv examples/stopmotion\n",
     COMMAND_OPTIONS(cmd_plan_option),
     .run = cmd_plan_run,
 };

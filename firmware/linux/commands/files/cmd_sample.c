@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "firmware/host/base/array.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
@@ -177,7 +178,7 @@ static void cmd_sample_json(struct cmd_sample *self, int64_t k, int64_t to_ns)
         putchar(']');
         between = ",\n";
     }
-    fputs("] }\n", stdout);
+    printf("],\n\"ok\": %s }\n", self->failed ? "false" : "true");
 }
 
 static enum status cmd_sample_fail(const char *what, const char *which)
@@ -230,6 +231,37 @@ static enum status cmd_sample_camera(struct cmd_sample *self)
     return STATUS_OK;
 }
 
+static enum status cmd_sample_between(const struct job *job,
+                                      const struct options *options,
+                                      int64_t *from_ns, int64_t *to_ns)
+{
+    const struct {
+        const char *name, *text;
+        int64_t *to_ns;
+    } ends[] = { { "--from", options->from, from_ns },
+                 { "--to", options->to, to_ns } };
+
+    for (size_t i = 0; i < ARRAY_LEN(ends); i++) {
+        int64_t t_ns_q12;
+        if (ends[i].text == NULL)
+            continue;
+        const enum status status =
+            planning_time(job, "sample", ends[i].name, ends[i].text, &t_ns_q12);
+        if (status != STATUS_OK)
+            return status;
+        if (t_ns_q12 < 0)
+            return cmd_sample_fail(ends[i].name,
+                                   " is before the move, expected 0 or later");
+        *ends[i].to_ns = t_ns_q12 / MOTION_FIXED_NS_Q12;
+    }
+    if (*from_ns > *to_ns)
+        return cmd_sample_fail(options->to == NULL
+                                   ? "--from is after the end of the move"
+                                   : "--from is after --to",
+                               ", expected an earlier time");
+    return STATUS_OK;
+}
+
 static enum status cmd_sample_job(struct job *job,
                                   const struct options *options)
 {
@@ -244,14 +276,10 @@ static enum status cmd_sample_job(struct job *job,
         status = cmd_sample_camera(&self);
     if (status != STATUS_OK)
         return status;
-    int64_t from_ns = options->from_ns < 0 ? 0 : options->from_ns;
-    int64_t to_ns = options->to_ns < 0 ? job->end_ns_q12 / MOTION_FIXED_NS_Q12
-                                       : options->to_ns;
-    if (from_ns > to_ns)
-        return cmd_sample_fail(options->to_ns < 0
-                                   ? "--from is after the end of the move"
-                                   : "--from is after --to",
-                               ", expected an earlier time");
+    int64_t from_ns = 0, to_ns = job->end_ns_q12 / MOTION_FIXED_NS_Q12;
+    status = cmd_sample_between(job, options, &from_ns, &to_ns);
+    if (status != STATUS_OK)
+        return status;
     int64_t k = cmd_sample_first(from_ns, options->rate_uhz);
     self.cursor =
         memory_new((size_t)job->move.axis_count + 1, sizeof *self.cursor);
@@ -279,9 +307,9 @@ static const struct option_row cmd_sample_option[] = {
       "samples per second, 0.001 to 1000000" },
     { "axis", "NAME", OPTION_TEXT, offsetof(struct options, axis),
       "this axis alone" },
-    { "from", "TIME", OPTION_TIME, offsetof(struct options, from_ns),
-      "first time (0)" },
-    { "to", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
+    { "from", "TIME", OPTION_TEXT, offsetof(struct options, from),
+      "first time (0), such as 2.5, f48 or 00:00:02:12" },
+    { "to", "TIME", OPTION_TEXT, offsetof(struct options, to),
       "last time (the end of the move)" },
     { "quaternion", NULL, OPTION_FLAG, offsetof(struct options, quaternion),
       "the camera's rotation, too, in the space of its path: w, x, y, z" },
@@ -301,7 +329,7 @@ const struct command cmd_sample = {
         "rounded.  Sample k is at k / rate, to the nanosecond.\n",
     .examples = "  slew sample --rate 1000 examples/dolly > dolly.csv\n"
                 "  slew sample --rate 24 --axis pan rig.yaml move.yaml\n"
-                "  slew sample --rate 8000 --raw --from 2s --to 2500ms "
+                "  slew sample --rate 8000 --raw --from 2s --to f60 "
                 "examples/dolly\n",
     COMMAND_OPTIONS(cmd_sample_option),
     .run = cmd_sample_run,

@@ -10,21 +10,19 @@
 #include "firmware/host/base/wall_time.h"
 #include "firmware/host/job/job_shots.h"
 #include "firmware/linux/base/error.h"
+#include "firmware/linux/commands/planning.h"
 #include "motion/core/fixed.h"
 
-/* Of the move, in seconds, frames or timecode of it, before its end. */
+/* Read a time of the move before its end. */
 static enum status run_when_time(const struct run_when *self,
                                  const char *option, const char *text,
                                  int64_t *t_ns_q12)
 {
-    const struct units_context units = {
-        .fps = { self->job->move.fps_num, self->job->move.fps_den },
-    };
-    char sentence[UNITS_SENTENCE_MAX], end[NUMBER_MAX];
-    if (units_parse(text, UNITS_TIME, &units, t_ns_q12, sentence) < 0) {
-        error_say("slew run: %s: %s", option, sentence);
-        return STATUS_INPUT;
-    }
+    char end[NUMBER_MAX];
+    const enum status status =
+        planning_time(self->job, "run", option, text, t_ns_q12);
+    if (status != STATUS_OK)
+        return status;
     if (*t_ns_q12 >= 0 && *t_ns_q12 < self->job->end_ns_q12)
         return STATUS_OK;
     number_seconds(end, self->job->end_ns_q12);

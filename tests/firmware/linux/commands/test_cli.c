@@ -123,7 +123,7 @@ static void help_shows_every_option_and_parses_it(void **state)
 static void bad_arguments_get_one_line_and_status_2(void **state)
 {
     static const struct {
-        const char *words[6], *want;
+        const char *words[7], *want;
     } rows[] = {
         { { "fly" }, "no command \"fly\"" },
         { { "check" }, "which files?" },
@@ -136,8 +136,10 @@ static void bad_arguments_get_one_line_and_status_2(void **state)
         { { "sample", "--rate", "0", "examples/dolly" }, "--rate 0: expected" },
         { { "sample", "--rate", "1e3", "examples/dolly" }, "--rate 1e3" },
         { { "sample", "--rate", "nan", "examples/dolly" }, "--rate nan" },
-        { { "sample", "--from", "-1", "examples/dolly" }, "--from -1" },
-        { { "sample", "--to", "3 furlongs", "x" }, "--to 3 furlongs" },
+        { { "sample", "--rate", "1", "--from", "-1", "examples/dolly" },
+          "--from is before the move" },
+        { { "sample", "--rate", "1", "--to", "3 furlongs", "examples/dolly" },
+          "--to: '3 furlongs' has the unknown unit" },
         { { "run", "--override", "201", "x" }, "expected a percentage" },
         { { "run", "--override", "0", "x" }, "expected a percentage" },
         { { "plot", "examples/dolly" }, "expected --out" },
