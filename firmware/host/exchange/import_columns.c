@@ -304,6 +304,10 @@ static void import_columns_propose(const struct import_wish *wish,
         const char *name = imported->column[i].name;
         if (!import_is_time(name))
             name = wish->column[next++];
+        if (name != imported->column[i].name && import_is_time(name)) {
+            text[0] = 0; /* it was counted, and another was not */
+            return;
+        }
         used += (size_t)snprintf(text + used, IMPORT_LIST_MAX - used, "%s%s",
                                  i > 0 ? "," : ", such as --columns ", name);
     }

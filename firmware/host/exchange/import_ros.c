@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
+#include "firmware/host/base/number.h"
 #include "firmware/host/exchange/import.h"
 #include "firmware/host/yaml/yaml_fields.h"
 #include "motion/core/fixed.h"
@@ -129,8 +130,10 @@ static int ros_values(struct ros_read *self, const struct yaml_value *list,
     if (yaml_value_list(list, 0, IMPORT_COLUMNS_MAX, &count) < 0)
         return -1;
     if (count != self->joints)
-        return yaml_value_refuse(list, "has %u numbers for %u joints", count,
-                                 self->joints);
+        return yaml_value_refuse(list, "has %u %s for %u %s", count,
+                                 number_word(count, "number", "numbers"),
+                                 self->joints,
+                                 number_word(self->joints, "joint", "joints"));
     for (item.node = yaml_value_node(list)->first; item.node != 0;
          item.node = yaml_value_node(&item)->next, i++) {
         const struct ros_joint *joint = &self->joint[i];

@@ -19,6 +19,10 @@
  * frame each has. */
 #define JOB_FIT_SHOOT_SPARE 1e-3
 
+/* A span that touches a limit needs less than this more by rounding alone; times are
+ * written in whole us. */
+#define JOB_FIT_LEAST_S 1e-6
+
 /* A span of an axis that needs longer than it has. */
 struct job_fit_span {
     unsigned axis;
@@ -183,10 +187,10 @@ static void job_fit_axis(const struct job *job, unsigned a, struct job_fit *fit)
             number_double(
                 axis->key[i + 1].key.t_ns_q12 - axis->key[i].key.t_ns_q12, 12) /
             1e9;
+        const double more_s = span_s * (need[i].stretch - 1);
         fit->stretch = fmax(fit->stretch, need[i].stretch);
-        if (need[i].stretch > 1)
-            job_fit_keep(fit, (struct job_fit_span){
-                                  a, i, span_s * (need[i].stretch - 1) });
+        if (more_s >= JOB_FIT_LEAST_S)
+            job_fit_keep(fit, (struct job_fit_span){ a, i, more_s });
     }
     memory_free(need);
     fit->axes += fit->spans > before;
@@ -289,8 +293,10 @@ static void job_fit_print_spans(const struct job *job,
                 more, span->key + 1, span->key + 2);
     }
     if (fit->spans > JOB_FIT_SPANS_MAX)
-        fprintf(file, "  and %u more spans need less than these\n",
-                fit->spans - JOB_FIT_SPANS_MAX);
+        fprintf(file, "  and %u more %s less than these\n",
+                fit->spans - JOB_FIT_SPANS_MAX,
+                number_word(fit->spans - JOB_FIT_SPANS_MAX, "span needs",
+                            "spans need"));
 }
 
 /* What the duration of the file asks for, beside what its limits allow. */

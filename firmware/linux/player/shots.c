@@ -131,14 +131,16 @@ void shots_print(const struct shots *shots, FILE *file)
         const uint32_t planned = shots->job->shots[line->line].count;
         if (planned == 0)
             continue;
-        fprintf(file, "%s: %" PRIu32 " of %" PRIu32 " shots",
-                shots->job->rig.line[line->line].name, line->fired, planned);
+        fprintf(file, "%s: %" PRIu32 " of %" PRIu32 " %s",
+                shots->job->rig.line[line->line].name, line->fired, planned,
+                number_word(planned, "shot", "shots"));
         if (line->fired > 0)
             fprintf(file, ", at most %.3f ms late",
                     (double)line->late_ns / 1e6);
         if (line->failures > 0)
-            fprintf(file, ", the line could not be set %" PRIu32 " times",
-                    line->failures);
+            fprintf(file, ", the line could not be set %" PRIu32 " %s",
+                    line->failures,
+                    number_word(line->failures, "time", "times"));
         fputc('\n', file);
     }
 }

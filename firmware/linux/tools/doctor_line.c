@@ -1,6 +1,7 @@
 /* firmware/linux/tools/doctor_line.c - serial ports and GPIO chips; see
  * doctor.h. */
 #define _XOPEN_SOURCE 700 /* realpath */
+#include "firmware/host/base/number.h"
 #include "firmware/linux/tools/doctor_parts.h"
 
 #include <inttypes.h>
@@ -108,8 +109,8 @@ static void line_gpio(struct doctor *doctor)
     if (count > 0 || !needed)
         return;
     doctor_say(doctor, DOCTOR_BAD, "gpio",
-               "no GPIO chip, and the rig has %" PRIu32 " lines",
-               rig->line_count);
+               "no GPIO chip, and the rig has %" PRIu32 " %s", rig->line_count,
+               number_word(rig->line_count, "line", "lines"));
     doctor_advise(doctor, "`gpiodetect` lists chips; a Raspberry Pi has them "
                           "with its own kernel");
 }

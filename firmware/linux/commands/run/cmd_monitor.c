@@ -100,7 +100,8 @@ static void monitor_print_bus(const struct cmd_monitor *self, unsigned i)
         printf("%s, ", hal_can_state_text((enum hal_can_state)bus->can_state));
     if (self->load[i] > 0)
         printf("%.1f %% in use, ", 100 * self->load[i]);
-    printf("%" PRIu64 " errors\n", bus->errors);
+    printf("%" PRIu64 " %s\n", bus->errors,
+           number_word(bus->errors, "error", "errors"));
 }
 
 static const char *monitor_line_text(int level)

@@ -127,7 +127,7 @@ static void what_is_wrong_is_said_where_it_is(void **state)
           ":1:15: 'crane' is not an axis of the rig" },
         { "joint_names: [dolly, dolly]\npoints: []\n",
           ":1:22: axis dolly appears twice" },
-        { HEAD POINT("[1]", "", 0, 0), ":3:14: positions has 1 numbers for 2" },
+        { HEAD POINT("[1]", "", 0, 0), ":3:14: positions has 1 number for 2" },
         { HEAD POINT("[1, x]", "", 0, 0), ":3:18: positions 'x m' is not a" },
         { HEAD POINT("[1, .nan]", "", 0, 0), "is not a number" },
         { HEAD "- velocities: [1, 2]\n", "the point has no positions" },
