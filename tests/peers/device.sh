@@ -8,6 +8,6 @@ for i in $(seq 300); do
     grep -q "interrupt" "$dir/out" && break
     sleep 0.1
 done
-rtu=$(sed -n 's/^rtu on terminal \(.*\): .*/\1/p' "$dir/out")
+rtu=$(sed -n 's/^rtu on terminal \([^:]*\): .*/\1/p' "$dir/out")
 tcp=$(sed -n 's/^tcp on 127.0.0.1 port \([0-9]*\): .*/\1/p' "$dir/out")
 [ -c "$rtu" ] && [ -n "$tcp" ] || { cat "$dir/out"; exit 1; }

@@ -47,7 +47,7 @@ struct options {
     const char *method, *tolerance;               /* fit */
     const char *telemetry, *can_log, *modbus_log; /* run */
     const char *record, *at, *on_edge, *hold_at, *from, *to, *faults;
-    const char *pictures;
+    const char *pictures, *link;
     const char *follow, *follow_at;
     int64_t loop; /* times; -1 when not given, 0: until a stop */
     bool ping_pong;

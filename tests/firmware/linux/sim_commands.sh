@@ -104,3 +104,44 @@ status=0
 [ $status -eq 2 ] || fail "status $status"
 grep -q "faults.yaml:1:10: 'hold' is an event of slew run" "$dir/out" ||
     fail "no sentence"
+
+# Terminals by fixed names, as long as they are there; their lines are said.
+cat >"$dir/rtu.yaml" <<EOF
+buses:
+  a: {kind: modbus-rtu, device: $dir/one, baud: 19200 bit/s}
+  b: {kind: modbus-rtu, device: $dir/two, baud: 115200 bit/s, parity: none, stop_bits: 2}
+axes:
+$(for bus in a b; do
+    echo "  lift_$bus:"
+    sed -n '/    unit: mm/,$p' "$dir/rig.yaml" | sed "s/bus: net/bus: $bus/"
+done)
+EOF
+ln -s /dev/gone "$dir/two" # of one that was killed
+"$slew" sim --link "a=$dir/one,b=$dir/two" "$dir/rtu.yaml" </dev/null \
+    >"$dir/out" 2>&1 &
+device=$!
+until_said 'a on terminal /dev/pts/[0-9]*: 19200 bit/s, 8E1; lift_a (node 5'
+until_said 'b on terminal /dev/pts/[0-9]*: 115200 bit/s, 8N2; lift_b (node 5'
+until_said 'interrupt (Ctrl-C) to end'
+"$slew" drive get "$dir/one" 5 position --map lexium-32 >"$dir/get" 2>&1 ||
+    fail "by its name: $(cat "$dir/get")"
+kill -INT "$device"
+wait "$device" || fail "status $?"
+device=
+[ ! -L "$dir/one" ] && [ ! -L "$dir/two" ] || fail "its names are left"
+
+# What cannot be a name, before anything can be reached; what was made goes.
+refused() # refused LINK SENTENCE
+{
+    status=0
+    "$slew" sim --for 1s --link "$1" "$dir/rtu.yaml" </dev/null >"$dir/out" 2>&1 ||
+        status=$?
+    [ $status -eq 2 ] || fail "--link $1: status $status"
+    grep -q -- "^slew sim: --link: '[^']*': $2" "$dir/out" || fail "--link $1"
+    [ ! -L "$dir/one" ] || fail "--link $1: a name is left"
+}
+refused "$dir/one" 'does not say of which terminal'
+refused "a=$dir/one,c=$dir/two" 'does not say of which terminal'
+refused "a=$dir/one,b=$dir/rtu.yaml" 'leads to a file that is no symbolic link'
+refused "a=$dir/one,b=$dir/no/two" 'No such file'
+refused 'a=' 'has no path'

@@ -14,6 +14,7 @@
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/commands/ports/sim_export.h"
 #include "firmware/linux/commands/ports/sim_fit.h"
+#include "firmware/linux/commands/ports/sim_link.h"
 #include "firmware/linux/machine/sim_live.h"
 #include "sim/device/cia402/servo.h"
 #include "sim/device/modbus/makers.h"
@@ -42,7 +43,9 @@ static void cmd_sim_say_where(const struct sim_server *server, uint32_t b)
     if (rig_bus_is_can(bus))
         printf("%s on interface %s:", bus->name, bus->interface);
     else if (bus->kind == RIG_MODBUS_RTU)
-        printf("%s on terminal %s:", bus->name, host->path);
+        printf("%s on terminal %s: %u bit/s, 8%c%u;", bus->name, host->path,
+               bus->modbus.line.baud, "EON"[bus->modbus.line.parity],
+               bus -> modbus.line.stop_bits);
     else
         printf("%s on %s port %u:", bus->name, inet_ntoa(server->address),
                host->port);
@@ -113,15 +116,27 @@ static enum status cmd_sim_script(const struct options *options,
     return STATUS_INPUT;
 }
 
-static void cmd_sim_loop(const struct options *options, struct sim_live *live)
+/* Serve until it is interrupted, told to quit, or over. */
+static enum status cmd_sim_play(const struct options *options,
+                                struct sim_server *server,
+                                const struct fault_script *script)
 {
-    while (
-        !cmd_sim_ended && !live->quit &&
-        (options->to_ns < 0 ||
-         sim_server_now_ns(live->server) - live->start_ns < options->to_ns)) {
-        sim_server_step(live->server);
-        sim_live_step(live);
+    struct sim_live live = { .server = NULL };
+    enum status status = STATUS_OK;
+
+    cmd_sim_say(server);
+    if (sim_live_init(&live, server, script) < 0) {
+        error_say("slew sim: the faults cannot be made on these drives");
+        status = STATUS_SYSTEM;
     }
+    while (status == STATUS_OK && !cmd_sim_ended && !live.quit &&
+           (options->to_ns < 0 ||
+            sim_server_now_ns(server) - live.start_ns < options->to_ns)) {
+        sim_server_step(server);
+        sim_live_step(&live);
+    }
+    sim_live_free(&live);
+    return status;
 }
 
 static enum status cmd_sim_serve(const struct options *options,
@@ -131,7 +146,6 @@ static enum status cmd_sim_serve(const struct options *options,
     char message[YAML_MESSAGE_MAX];
     struct in_addr address;
     struct fault_script script;
-    struct sim_live live = { .server = NULL };
     enum status status = cmd_sim_address(options, &address);
     if (status == STATUS_OK)
         status = cmd_sim_script(options, rig, &script);
@@ -143,15 +157,11 @@ static enum status cmd_sim_serve(const struct options *options,
     }
     cmd_sim_ended = 0;
     cmd_sim_listen();
-    cmd_sim_say(server);
-    if (sim_live_init(&live, server, options->faults != NULL ? &script : NULL) <
-        0) {
-        error_say("slew sim: the faults cannot be made on these drives");
-        status = STATUS_SYSTEM;
-    } else {
-        cmd_sim_loop(options, &live);
-    }
-    sim_live_free(&live);
+    status = sim_link_make(options->link, server);
+    if (status == STATUS_OK)
+        status = cmd_sim_play(options, server,
+                              options->faults != NULL ? &script : NULL);
+    sim_link_remove(options->link, server);
     sim_server_close(server);
     return status;
 }
@@ -202,6 +212,9 @@ static const struct option_row cmd_sim_option[] = {
       "print the data sheet (EDS) of a simulated CANopen drive, and end" },
     { "faults", "FILE", OPTION_TEXT, offsetof(struct options, faults),
       "what goes wrong, and when from now on (docs/FAULTS.md)" },
+    { "link", "PATH", OPTION_TEXT, offsetof(struct options, link),
+      "a symbolic link to the terminal of Modbus RTU, as long as it is there; "
+      "or BUS=PATH,BUS=PATH" },
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "end after this time" },
     { "out", "FILE", OPTION_TEXT, offsetof(struct options, out),
@@ -231,7 +244,10 @@ const struct command cmd_sim = {
         "--real,\n"
         "or for any other master.  A virtual interface will do:\n\n"
         "  ip link add dev vcan0 type vcan; ip link set vcan0 up\n\n"
-        "Drives on Modbus RTU stand behind a pseudo-terminal, which is named;\n"
+        "Drives on Modbus RTU stand behind a pseudo-terminal, which is named,\n"
+        "and by --link has the same name every time.  It passes bytes at any\n"
+        "rate and parity; what the rig has is said, as 8E1, for a master that\n"
+        "has to be told;\n"
         "those on TCP answer on the port of the rig, for this machine alone\n"
         "unless --address says otherwise: masters are not authenticated, so\n"
         "that only a network of your own should see them.\n\n"
@@ -260,6 +276,7 @@ const struct command cmd_sim = {
     .examples = "  slew sim --interface vcan0 rig.yaml\n"
                 "  slew sim --interface can0=can2,can1=can3 examples/dolly\n"
                 "  slew sim --address 192.168.1.20 rig.yaml\n"
+                "  slew sim --link /tmp/servo rig.yaml\n"
                 "  slew sim --faults faults.yaml rig.yaml\n"
                 "  slew sim export --fmi 2 --out dolly.fmu examples/dolly\n"
                 "  slew sim fit --dry-run --plot fit.svg rig.yaml run.mcap\n"
