@@ -57,6 +57,11 @@ enum status job_fail(struct job *job, const char *what)
     return STATUS_INPUT;
 }
 
+static bool job_warns(const struct rig_axis *axis, enum rig_warning warning)
+{
+    return (axis->acknowledged >> warning & 1) == 0;
+}
+
 /* A drive that may go on when nobody is heard is said before anything moves. */
 static void job_say_unsupervised(const char *path, const struct rig *rig,
                                  struct messages *messages)
@@ -66,9 +71,10 @@ static void job_say_unsupervised(const char *path, const struct rig *rig,
         const struct rig_kind *kind = rig_kinds[axis->kind];
         const char *what =
             kind->unsupervised ? kind->unsupervised(rig, axis) : NULL;
-        if (what != NULL)
+        if (what != NULL && job_warns(axis, RIG_WARNING_UNSUPERVISED))
             messages_add(messages, MESSAGE_WARNING,
-                         "%s: %s is unsupervised: %s", path, axis->name, what);
+                         "%s: %s is unsupervised: %s [unsupervised]", path,
+                         axis->name, what);
     }
 }
 
@@ -78,12 +84,13 @@ static void job_say_unverified(const char *path, const struct rig *rig,
 {
     for (uint32_t i = 0; i < rig->axis_count; i++)
         if (rig_kinds[rig->axis[i].kind]->has_map &&
-            rig->map[rig->axis[i].map].is_unverified)
+            rig->map[rig->axis[i].map].is_unverified &&
+            job_warns(&rig->axis[i], RIG_WARNING_MAP))
             messages_add(messages, MESSAGE_WARNING,
                          "%s: %s: the register map of \"%s\" is unverified: "
                          "not all of it was compared with the maker's manual; "
                          "read what its file says, and try it without a load "
-                         "first",
+                         "first [map]",
                          path, rig->axis[i].name,
                          rig->map[rig->axis[i].map].title);
 }
@@ -94,11 +101,11 @@ static void job_say_odd(const char *path, const struct rig *rig,
 {
     for (uint32_t i = 0; i < rig->axis_count; i++) {
         const struct rig_axis *axis = &rig->axis[i];
-        if (axis->eds_odd > 0)
+        if (axis->eds_odd > 0 && job_warns(axis, RIG_WARNING_EDS))
             messages_add(
                 messages, MESSAGE_WARNING,
                 "%s: %s: %s:%u: %u %s of the data sheet cannot be read "
-                "and %s not used; slew drive info %s lists %s",
+                "and %s not used; slew drive info %s lists %s [eds]",
                 path, axis->name, axis->eds, axis->eds_odd_line, axis->eds_odd,
                 number_word(axis->eds_odd, "line", "lines"),
                 number_word(axis->eds_odd, "is", "are"), axis->eds,

@@ -191,8 +191,30 @@ struct rig_monitor {
     int32_t temperature_milli;
 };
 
+/* What a rig is warned of.  X(name, word): its word stands behind the warning and in
+ * `acknowledged` of the axis, which is then not warned of it. */
+#define RIG_WARNING_LIST(X)                                                    \
+    X(RIG_WARNING_UNSUPERVISED, "unsupervised")                                \
+    X(RIG_WARNING_MAP, "map")                                                  \
+    X(RIG_WARNING_EDS, "eds")                                                  \
+    X(RIG_WARNING_FOLLOWING, "following_error")                                \
+    X(RIG_WARNING_LIMITS, "limits")                                            \
+    X(RIG_WARNING_STOP, "stop")                                                \
+    X(RIG_WARNING_DRIVE, "drive")                                              \
+    X(RIG_WARNING_HOMING, "homing")                                            \
+    X(RIG_WARNING_TIMES, "times")
+
+enum rig_warning {
+#define RIG_WARNING_ENUM(name, word) name,
+    RIG_WARNING_LIST(RIG_WARNING_ENUM)
+#undef RIG_WARNING_ENUM
+        RIG_WARNINGS
+};
+extern const char *const rig_warning_word[RIG_WARNINGS];
+
 struct rig_axis {
     char name[PLAN_NAME_MAX];
+    uint32_t acknowledged; /* a bit for each enum rig_warning */
     enum units_axis unit;
     struct plan_limit limit;
     /* for stopping after a fault: at least the limits; jerk 0: not limited */

@@ -45,6 +45,33 @@ static int rig_read_unit(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+const char *const rig_warning_word[] = {
+#define RIG_WARNING_WORD(name, word) [name] = (word),
+    RIG_WARNING_LIST(RIG_WARNING_WORD)
+#undef RIG_WARNING_WORD
+};
+
+static int rig_read_acknowledged(void *reader, const struct yaml_value *value,
+                                 void *out)
+{
+    uint32_t count, node;
+    unsigned index;
+
+    (void)reader;
+    if (yaml_value_list(value, 1, RIG_WARNINGS, &count) < 0)
+        return -1;
+    node = yaml_value_node(value)->first;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct yaml_value item = yaml_value_at(value, node);
+        if (yaml_value_choice(&item, rig_warning_word, RIG_WARNINGS, &index) <
+            0)
+            return -1;
+        *(uint32_t *)out |= 1U << index;
+        node = yaml_value_node(&item)->next;
+    }
+    return 0;
+}
+
 static const struct yaml_field rig_axis_fields[] = {
     { "unit", YAML_REQUIRED, "mm, deg, rev, rad, count, kcount or Mcount",
       rig_read_unit, offsetof(struct rig_axis, unit) },
@@ -64,6 +91,8 @@ static const struct yaml_field rig_axis_fields[] = {
     { "sim", YAML_OPTIONAL,
       "a map with bandwidth, damping, start, velocity and acceleration",
       rig_read_sim, offsetof(struct rig_axis, sim) },
+    { "acknowledged", YAML_OPTIONAL, "a list of the words of warnings",
+      rig_read_acknowledged, offsetof(struct rig_axis, acknowledged) },
 };
 const struct yaml_shape rig_axis_shape = { "axis", rig_axis_fields,
                                            ARRAY_LEN(rig_axis_fields) };

@@ -10,6 +10,9 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
+
+#include "firmware/host/base/array.h"
 
 #define PLAUSIBLE_STOP      100.0    /* times the limits' acceleration: said, */
 #define PLAUSIBLE_STOP_MOST 100000.0 /* and refused; */
@@ -117,6 +120,7 @@ struct plausible {
     const struct rig *rig;
     void (*say)(void *context, struct plan_place place, const char *text);
     void *context;
+    enum rig_warning warning; /* that is looked for */
 };
 
 static void plausible_say(const struct plausible *self, struct plan_place place,
@@ -126,12 +130,15 @@ static void plausible_say(const struct plausible *self, struct plan_place place,
 static void plausible_say(const struct plausible *self, struct plan_place place,
                           const char *format, ...)
 {
-    char text[UNWATCHED_MAX];
+    char text[UNWATCHED_MAX + 32];
     va_list arguments;
 
     va_start(arguments, format);
-    (void)vsnprintf(text, sizeof text, format, arguments);
+    (void)vsnprintf(text, UNWATCHED_MAX, format, arguments);
     va_end(arguments);
+    const size_t length = strlen(text);
+    snprintf(text + length, sizeof text - length, " [%s]",
+             rig_warning_word[self->warning]);
     self->say(self->context, place, text);
 }
 
@@ -256,7 +263,16 @@ static void plausible_times(const struct plausible *self,
                             const struct rig_axis *axis)
 {
     const int64_t heartbeat_ns = self->rig->heartbeat_ns;
+    const struct rig_bus *bus =
+        axis->bus != RIG_NO_BUS ? &self->rig->bus[axis->bus] : NULL;
 
+    if (bus != NULL && bus->modbus.timeout_ns > PLAUSIBLE_TIMEOUT)
+        plausible_say(self, axis->place,
+                      "%s is known to be lost after %.4g s, three answers that "
+                      "do not come on bus %s: they take 1 s at most as a rule",
+                      axis->name,
+                      PLAUSIBLE_LOST * plausible_s(bus->modbus.timeout_ns),
+                      bus->name);
     if (rig_kinds[axis->kind]->has_heartbeat &&
         heartbeat_ns > PLAUSIBLE_HEARTBEAT)
         plausible_say(self, axis->place,
@@ -275,25 +291,24 @@ void rig_plausible(const struct rig *rig,
                                const char *text),
                    void *context)
 {
-    const struct plausible self = { rig, say, context };
+    static const struct {
+        enum rig_warning warning;
+        void (*judge)(const struct plausible *self,
+                      const struct rig_axis *axis);
+    } plausible[] = {
+        { RIG_WARNING_FOLLOWING, plausible_following },
+        { RIG_WARNING_LIMITS, plausible_limits },
+        { RIG_WARNING_STOP, plausible_stop },
+        { RIG_WARNING_DRIVE, plausible_drive },
+        { RIG_WARNING_HOMING, plausible_homing },
+        { RIG_WARNING_TIMES, plausible_times },
+    };
+    struct plausible self = { rig, say, context, RIG_WARNING_FOLLOWING };
 
-    for (uint32_t i = 0; i < rig->bus_count; i++)
-        if (rig->bus[i].modbus.timeout_ns > PLAUSIBLE_TIMEOUT)
-            plausible_say(&self, rig->bus[i].place,
-                          "bus %s is known to be dead after %.4g s, three "
-                          "answers that do not come: they take 1 s at most as "
-                          "a rule",
-                          rig->bus[i].name,
-                          PLAUSIBLE_LOST *
-                              plausible_s(rig->bus[i].modbus.timeout_ns));
-    for (uint32_t i = 0; i < rig->axis_count; i++) {
-        const struct rig_axis *axis = &rig->axis[i];
-
-        plausible_following(&self, axis);
-        plausible_limits(&self, axis);
-        plausible_stop(&self, axis);
-        plausible_drive(&self, axis);
-        plausible_homing(&self, axis);
-        plausible_times(&self, axis);
-    }
+    for (uint32_t i = 0; i < rig->axis_count; i++)
+        for (size_t k = 0; k < ARRAY_LEN(plausible); k++) {
+            self.warning = plausible[k].warning;
+            if ((rig->axis[i].acknowledged >> self.warning & 1) == 0)
+                plausible[k].judge(&self, &rig->axis[i]);
+        }
 }
