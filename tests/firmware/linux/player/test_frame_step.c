@@ -188,8 +188,9 @@ static void every_edge_takes_one_frame(void **state)
         assert_int_equal(bench.moved, 0);
         assert_int_equal(bench.machine.step.early, 0);
         /* the rest of 32 ticks of 2 ms and twice the lead at that speed, and
-         * the ramp up to it, which takes as much again */
-        if (bench.late_ns > 2 * (64 + 60) * MS * 100 / percent[i])
+         * the ramp up to it, which takes as much again where it is the shortest: nine
+         * of ten are within 1.27 of that (test_ramp) */
+        if (bench.late_ns > (64 + 60) * MS * 227 / percent[i])
             fail_msg("at %d %%: %.3f ms after its edge", percent[i],
                      (double)bench.late_ns / 1e6);
         if (i + 1 < sizeof percent / sizeof *percent)
