@@ -642,9 +642,9 @@ int eds_load(const struct files *files, const char *path, struct eds *eds,
     const int err = eds_ini_read(&eds->ini, files, path, eds_odd_line, eds);
 
     if (err != 0)
-        return eds_fail(path,
-                        err > 0 ? "a NUL byte, expected text" : files_error(err),
-                        message);
+        return eds_fail(
+            path, err > 0 ? "a NUL byte, expected text" : files_error(err),
+            message);
     eds_sections(eds);
     eds_drop_twice(eds);
     if (eds->count > 0)
