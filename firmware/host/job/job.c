@@ -286,17 +286,6 @@ enum status job_open_again(struct job *job, const struct files *files,
     return job_open_zeroed(job, files, rig_path, move_path, false, rig);
 }
 
-/* What names the axes of a move, and no more. */
-static void job_name_axes(struct job *job, const struct plan_move *move)
-{
-    if (plan_move_reserve(&job->move, move->axis_count) < 0)
-        memory_fail();
-    job->move.axis_count = move->axis_count;
-    for (uint32_t i = 0; i < move->axis_count; i++)
-        memcpy(job->move.axis[i].name, move->axis[i].name,
-               sizeof move->axis[i].name);
-}
-
 void job_copy_track(const struct motion_track *track, struct motion_track *copy)
 {
     *copy = *track;
@@ -304,24 +293,6 @@ void job_copy_track(const struct motion_track *track, struct motion_track *copy)
     copy->segment =
         memory_resize(NULL, (size_t)track->count + 1, sizeof *copy->segment);
     memcpy(copy->segment, track->segment, track->count * sizeof *copy->segment);
-}
-
-void job_part_with(struct job *job, struct job *former)
-{
-    memset(former, 0, sizeof *former);
-    former->is_rig_lent = true;
-    former->memo = job->memo;
-    former->facts = job->facts;
-    former->text = job->text;
-    former->planned = job->planned;
-    job_name_axes(former, &job->move);
-    job_capacity(former, job->move.axis_count);
-    for (unsigned i = 0; i < job->planned; i++)
-        job_copy_track(&job->track[i], &former->track[i]);
-    job->keeps = false;
-    job->memo = NULL;
-    job->facts = NULL;
-    job->text = NULL;
 }
 
 void job_free(struct job *job)

@@ -111,10 +111,6 @@ enum status job_open_on(struct job *job, const struct files *files,
 enum status job_open_again(struct job *job, const struct files *files,
                            const char *rig_path, const char *move_path,
                            const struct job *former, const struct rig *rig);
-/* For a job that others use: once it was judged, what the next plan can take over
- * is moved into `former`, which is good for nothing else, and is freed by
- * job_free. */
-void job_part_with(struct job *job, struct job *former);
 /* To be freed with plan_track_free. */
 void job_copy_track(const struct motion_track *track,
                     struct motion_track *copy);
