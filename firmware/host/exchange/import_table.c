@@ -269,10 +269,13 @@ static int table_cells(struct table_read *self)
     }
     if (found < 0)
         return -1;
+    struct plan_place end = import_text_place(&self->text);
+    end.column -=
+        self->text.at > self->text.line_end; /* the LF has been read */
     if (filled > 0 && count < columns)
-        return yaml_report_at(
-            &self->text.report, import_text_place(&self->text),
-            "the row ends after %u of %u columns", count, columns);
+        return yaml_report_at(&self->text.report, end,
+                              "the row ends after %u of %u columns", count,
+                              columns);
     return filled > 0;
 }
 

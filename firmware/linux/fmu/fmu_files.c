@@ -108,6 +108,7 @@ static unsigned fmu_record_names(const struct files *files, const char *kind,
 void fmu_files_record(struct fmu_files *self, const char *rig)
 {
     *self = (struct fmu_files){ .files = disk_files };
+    self->files.regular = NULL;
     fmu_files_note(self, (const char *const[]){ "rig", rig }, 2);
     self->files.open = fmu_record_open;
     self->files.find = fmu_record_find;
@@ -179,6 +180,7 @@ int fmu_files_open(struct fmu_files *self, const char *directory)
     char *text;
 
     *self = (struct fmu_files){ .files = disk_files };
+    self->files.regular = NULL; /* they are ours all */
     self->files.open = fmu_read_open;
     self->files.find = fmu_read_find;
     self->files.names = fmu_read_names;

@@ -156,7 +156,7 @@ def check_keyed(slew, directory, rig):
     left = check_slow(slew, ["import", "csv", out, "--rig", rig, "--fps", "24",
                              "--out", directory / "back.yaml"],
                       2, "reading: %s" % out)
-    if not re.fullmatch(r"\S+out\.csv:990002:8: [^\n]+\n", left):
+    if not re.fullmatch(r"\S+out\.csv:990002:10: [^\n]+\n", left):
         fail("the error", left)
 
 

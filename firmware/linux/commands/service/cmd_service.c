@@ -270,17 +270,18 @@ static void *cmd_service_receive(void *context)
 static void cmd_service_lines(struct service_link *to,
                               const struct service_link *from)
 {
-    static char line[CMD_SERVICE_LINE];
+    char *line = memory_new(CMD_SERVICE_LINE, 1);
     struct pollfd look = { .fd = STDIN_FILENO, .events = POLLIN };
     setvbuf(stdin, NULL, _IONBF, 0); /* poll() sees all that there is */
     while (to->file >= 0 && from->file >= 0) {
         if (poll(&look, 1, CMD_SERVICE_LOOK) <= 0)
             continue;
-        if (fgets(line, sizeof line, stdin) == NULL)
-            return;
+        if (fgets(line, CMD_SERVICE_LINE, stdin) == NULL)
+            break;
         line[strcspn(line, "\n")] = '\0';
         (void)service_link_send(to, line);
     }
+    memory_free(line);
 }
 
 static enum status cmd_service_send(const struct options *options)
