@@ -101,8 +101,8 @@ static inline uint32_t gate_far(const struct controller_axis *axis)
         track = axis->cam->track;
     if (track == NULL || axis->cursor.index >= track->count)
         return 0;
-    const int frac = track->segment[axis->cursor.index].frac;
-    return frac > 0 ? 0 : 1u - (uint32_t)frac;
+    const int32_t frac = track->segment[axis->cursor.index].frac;
+    return frac > 0 ? 0 : (uint32_t)(1 - frac);
 }
 
 /* 20 q - 12 of the set point that goes furthest of these. */

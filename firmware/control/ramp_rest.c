@@ -30,7 +30,7 @@ static int64_t rest_ramp_ticks(const struct controller_step_rest *rest,
 int64_t controller_step_stop_ticks(const struct controller *controller,
                                    int64_t rate_q30)
 {
-    return 3 * RAMP_LEAD_MAX +
+    return INT64_C(3) * RAMP_LEAD_MAX +
            rest_ramp_ticks(&controller->step.rest[1], rate_q30, REST_K_STOP);
 }
 

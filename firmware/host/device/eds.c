@@ -555,7 +555,7 @@ static void eds_compact_pdos(const struct eds_compact *self, uint16_t base,
     };
     const unsigned mask = eds_small(&reader, "CompactPDO", UINT8_MAX, 0);
     unsigned left = mask == 0 ? 0 : eds_small(&reader, number, 512, 0);
-    bool known[512];
+    bool known[512] = { false };
 
     for (unsigned i = 0; i < ARRAY_LEN(known) && mask > 0; i++) {
         known[i] = eds_has(self, base + i) || eds_has(self, base + 0x200 + i);

@@ -163,7 +163,8 @@ static void ini_say_twice(struct ini_read *self)
             const struct eds_key *key = &ini->key[section->first + k];
             const uint32_t most = k < INI_NEAR ? k : INI_NEAR;
             uint32_t back = 1;
-            while (back <= most && strcasecmp(key[-(int)back].name, key->name))
+            while (back <= most &&
+                   strcasecmp(key[-(int)back].name, key->name) != 0)
                 back++;
             self->line = key->line;
             if (back <= most)

@@ -96,7 +96,7 @@ int64_t import_frame_at(const struct units_fps *fps, int64_t t_ns_q12,
                               (long double)num / (long double)den;
     int64_t at_ns_q12;
     /* below 2^46, den below 2^16, num below 2^30: products below 2^63 */
-    if (!(frame < 0x1p26L && frame > -0x1p26L) || den == 0 || den > 1 << 16)
+    if (!(fabsl(frame) < 0x1p26L) || den == 0 || den > 1 << 16)
         return INT64_MIN;
     *micro = llroundl(frame * 1000000);
     return motion_fixed_muldiv(*micro * den, MOTION_FIXED_S_Q12, num * 1000000,

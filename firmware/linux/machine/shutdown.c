@@ -1,11 +1,11 @@
 /* firmware/linux/machine/shutdown.c - see shutdown.h. */
 #include "firmware/linux/machine/shutdown.h"
 
+#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/interrupt.h"
@@ -13,7 +13,7 @@
 #define SHUTDOWN_NS_PER_S    INT64_C(1000000000)
 #define SHUTDOWN_REST_NS     (5 * SHUTDOWN_NS_PER_S) /* on top of two stops */
 #define SHUTDOWN_REST_MAX_NS (3600 * SHUTDOWN_NS_PER_S)
-#define SHUTDOWN_EXIT_NS     5000000 /* from look to look of a thread that exits */
+#define SHUTDOWN_EXIT_MS     5 /* from look to look of a thread that exits */
 
 /* --- exit() and abort(): nothing here that a handler of a signal may not do --- */
 
@@ -21,21 +21,24 @@ static _Atomic int shutdown_live; /* machines that are not DONE */
 static _Atomic bool shutdown_exits;
 static _Thread_local bool shutdown_is_tick;
 
-static void shutdown_on_exit(void)
+static void shutdown_await(void)
 {
-    const struct timespec pause = { .tv_nsec = SHUTDOWN_EXIT_NS };
     if (shutdown_is_tick || atomic_load(&shutdown_live) == 0)
         return;
     atomic_store(&shutdown_exits, true);
-    interrupt_end();
     while (atomic_load(&shutdown_live) > 0)
-        nanosleep(&pause, NULL);
+        (void)poll(NULL, 0, SHUTDOWN_EXIT_MS);
+}
+
+static void shutdown_on_exit(void)
+{
+    shutdown_await();
 }
 
 /* Then it dies of it, as it would have. */
 static void shutdown_on_abort(int number)
 {
-    shutdown_on_exit();
+    shutdown_await();
     (void)signal(number, SIG_DFL);
     (void)raise(number);
 }
@@ -121,10 +124,12 @@ void shutdown_free(struct shutdown *shutdown)
 
 int shutdown_stops(struct shutdown *shutdown, int64_t now_ns, int signals)
 {
-    const int stops =
-        signals == 0 && atomic_load(&shutdown_exits) ? 1 : signals;
+    const bool exits = signals == 0 && atomic_load(&shutdown_exits);
+    const int stops = exits ? 1 : signals;
     const bool is_apart = shutdown->stops == 0 ||
                           now_ns - shutdown->stops_ns >= SHUTDOWN_APART_NS;
+    if (exits)
+        interrupt_end(); /* whoever else counts them is told */
     if (stops > shutdown->stops) {
         shutdown->may_give_up = is_apart && stops >= 2 &&
                                 (atomic_load(&shutdown->waits) ||

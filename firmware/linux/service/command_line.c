@@ -165,7 +165,7 @@ static void line_send(const struct command_line *self,
         self->moves && self->client->head.stops != loop->mailbox.stops;
     if (!is_stopped && entry != NULL) {
         err = mailbox_send(&loop->mailbox, entry);
-    } else if (!is_stopped) {
+    } else if (!is_stopped && request != NULL) {
         loop->request = *request;
         loop->turn = SERVICE_ASKED;
     }

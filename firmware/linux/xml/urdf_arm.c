@@ -131,7 +131,7 @@ int urdf_chain(const struct urdf *urdf, const struct rig *rig,
             last = &urdf->joint[i];
         }
     }
-    if (all == 0 || all > MOTION_ARM_JOINTS_MAX) {
+    if (last == NULL || all > MOTION_ARM_JOINTS_MAX) {
         snprintf(why, URDF_WHY_MAX,
                  "%u joints are axes of the rig, and an arm has 1 .. %d", all,
                  MOTION_ARM_JOINTS_MAX);
@@ -413,7 +413,7 @@ static int urdf_near(const struct urdf_row *row, char why[URDF_WHY_MAX])
 int urdf_arm(const struct urdf_chain *chain, double snap, struct urdf_arm *arm,
              char why[URDF_WHY_MAX])
 {
-    struct urdf_line line[MOTION_ARM_JOINTS_MAX];
+    struct urdf_line line[MOTION_ARM_JOINTS_MAX] = { { .at = { 0 } } };
     struct urdf_frame frame = urdf_root;
     struct urdf_tip tip;
 

@@ -159,7 +159,7 @@ static int init_bounds(struct drive_modbus *self)
                             &self->jump_q16) < 0)
         return MOTION_E_RANGE;
     self->first_step_counts = step > 0 ? step : 1;
-    self->near_counts = 2 + (vel_q16 >> 16) / (JUMP_FACTOR * 1000) /
+    self->near_counts = 2 + (vel_q16 >> 16) / (JUMP_FACTOR * INT64_C(1000)) /
                                 (NS_PER_S / HAL_STANDSTILL_NS);
     return MOTION_OK;
 }

@@ -93,7 +93,7 @@ static void no_gate(const char *what)
                  " ns: %.12Lg over %.12Lg, by %" PRId64 " of 2^-32",
                  round_of, what, fault->axis, ideal_period_ns,
                  difference_units(fault->value), difference_units(fault->limit),
-                 llabs(fault->value) - fault->limit);
+                 (int64_t)llabs(fault->value) - fault->limit);
 }
 
 /* What is let pass counts on that. */

@@ -24,6 +24,8 @@ export const advices = {
   BUS: "See to the cable, its terminators and the bit rate, then Reset.",
   REST: "See that the axes can brake as hard as their limits say, then Reset.",
   TRACK: "The file of the move was read too slowly: put it on a local disk, then Reset.",
+  GUARDIAN:
+    "Nobody would take the drives' torque if slew were killed: see who ended its guardian, and start slew again.",
   ARRIVAL: "See that the axis moves freely and its profile is possible, then Reset.",
 };
 

@@ -138,7 +138,7 @@ static void tick(void)
         service_control_step(&bench.control, 0);
     }
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
-        if (client[i].file >= 0 && (i < 2 || i % 8 == ticks % 8))
+        if ((i < 2 || i % 8 == ticks % 8) && client[i].file >= 0)
             hear(&client[i]);
 }
 
