@@ -112,7 +112,8 @@ class Servo:
         self.syncs = 0
         self.node.add_write_callback(self.written)
         self.network.subscribe(0x80, self.sync)
-        self.node.nmt.send_command(0)
+        self.node.nmt.send_command(0)  # boot-up, once
+        self.node.nmt.send_command(128)
         self.node.nmt.start_heartbeat(50)
 
     def request(self, can_id, data, timestamp):

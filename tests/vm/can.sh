@@ -69,7 +69,7 @@ killed()
     in_mid_move || return 1
     kill -9 $run
     wait $run
-    sleep 0.5
+    sleep 2 # the guardian asks them too, until they say that they are off
     at_rest && reset_drives
 }
 

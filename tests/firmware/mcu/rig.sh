@@ -132,8 +132,11 @@ killed()
 all_killed()
 {
     moving
+    keeper=$(pgrep -P "$run")
+    kill -STOP "$keeper" # so that it replaces nobody
     # shellcheck disable=SC2046
-    kill -9 $(pgrep -P "$run") "$run" || { cat "$dir/$leg.out"; exit 1; }
+    kill -9 $(pgrep -P "$keeper") "$keeper" "$run" ||
+        { cat "$dir/$leg.out"; exit 1; }
     comes '0 silent 1' "killed with its guardian: the board has stopped by itself"
 }
 
