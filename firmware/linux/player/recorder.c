@@ -57,6 +57,7 @@ void recorder_look(struct telemetry_row *row, const struct machine *machine)
     const struct controller *controller = &machine->controller;
     row->rate = controller->rate;
     row->state = (int)controller->state;
+    row->is_fault = controller->fault.fault != CONTROLLER_FAULT_NONE;
     row->waits_for = machine->step.waits ? machine->step.frame : 0;
     row->guardian_lost = machine->sight.lost;
     row->guardian_gone = machine->sight.is_gone;
@@ -129,6 +130,7 @@ bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
     to->rate = row->rate;
     to->phase = row->phase;
     to->state = row->state;
+    to->is_fault = row->is_fault;
     to->faults = row->faults;
     to->waits_for = row->waits_for;
     to->played = row->played;

@@ -47,6 +47,15 @@ static void report_take_axis(struct report *report, unsigned i,
     axis->arrived = row->rate.s_ns_q12 >= report->job->track[i].end_ns_q12;
 }
 
+static void report_take_fault(struct report *report,
+                              const struct telemetry_row *row)
+{
+    if (row->is_fault && report->fault_ns == 0)
+        report->fault_ns = row->t_ns;
+    if (row->state == (int)CONTROLLER_FAULT && report->fault_stop_ns == 0)
+        report->fault_stop_ns = row->t_ns;
+}
+
 /* Byte by byte, the lowest first: the same number on every machine.  How long a
  * frame was waited for does not make another take of it. */
 static void report_take_set_points(struct report *report,
@@ -70,6 +79,7 @@ static void report_take_set_points(struct report *report,
 void report_take(struct report *report, const struct telemetry_row *row)
 {
     report->started |= row->phase == TELEMETRY_MOVE;
+    report_take_fault(report, row);
     for (unsigned i = 0; i < report->job->move.axis_count; i++) {
         const struct telemetry_axis *at = &row->axis[report->job->rig_axis[i]];
         report->axis[i].events = at->events;

@@ -58,7 +58,10 @@ struct report {
     bool is_repeated;          /* was to be played more than once */
     struct report_bus *bus;    /* of each bus */
     struct controller_fault_record fault;
-    bool monitored; /* the fault is a limit that the rig has for its drive */
+    int64_t fault_ns,
+        fault_stop_ns; /* of the run: when it was seen, and all had
+                                        stopped after it; 0: not yet */
+    bool monitored;    /* the fault is a limit that the rig has for its drive */
     char fault_text[192]; /* the drive's own words, or homing's */
     bool torque_left;     /* a drive did not say at the end that it is off: */
     char (*torque)[MACHINE_TORQUE_MAX]; /* of each axis of the rig: "", or why,

@@ -83,33 +83,49 @@ const char *report_end_text(enum report_end end)
     return text[end];
 }
 
-/* The value that tripped it, in the unit of its kind. */
-static void report_fault_value(const struct report *report, char *text,
-                               size_t size)
+/* The value that tripped it, its limit and their unit; false: it has none. */
+static bool report_fault_figures(const struct report *report, int64_t *value,
+                                 int64_t *limit, unsigned *bits,
+                                 const char **unit)
 {
     const struct controller_fault_record *fault = &report->fault;
-    char value[NUMBER_MAX], limit[NUMBER_MAX];
-    const char *unit = "ms";
-    text[0] = 0;
+    *value = fault->value;
+    *limit = fault->limit;
+    *bits = 32;
     switch (fault->fault) {
     case CONTROLLER_FAULT_STALE:
     case CONTROLLER_FAULT_ENABLE:
-        number_fixed(value, fault->value / 1000000, 0, 0);
-        number_fixed(limit, fault->limit / 1000000, 0, 0);
-        break;
+        *value /= 1000000;
+        *limit /= 1000000;
+        *bits = 0;
+        *unit = "ms";
+        return true;
     case CONTROLLER_FAULT_FOLLOWING:
     case CONTROLLER_FAULT_GATE:
     case CONTROLLER_FAULT_ARRIVAL:
-        number_short(value, fault->value, 32);
-        number_short(limit, fault->limit, 32);
-        unit = fault->axis < 0
-                   ? ""
-                   : units_axis_text(report->job->rig.axis[fault->axis].unit);
-        break;
+        *unit = fault->axis < 0
+                    ? ""
+                    : units_axis_text(report->job->rig.axis[fault->axis].unit);
+        return true;
     default:
-        return;
+        return false;
     }
-    snprintf(text, size, " (%s %s, limit %s %s)", value, unit, limit, unit);
+}
+
+static void report_fault_value(const struct report *report, char *text,
+                               size_t size)
+{
+    char value_text[NUMBER_MAX], limit_text[NUMBER_MAX];
+    int64_t value, limit;
+    unsigned bits;
+    const char *unit;
+    text[0] = 0;
+    if (!report_fault_figures(report, &value, &limit, &bits, &unit))
+        return;
+    number_short(value_text, value, bits);
+    number_short(limit_text, limit, bits);
+    snprintf(text, size, " (%s %s, limit %s %s)", value_text, unit, limit_text,
+             unit);
 }
 
 static const char *report_fault_axis(const struct report *report)
@@ -130,15 +146,30 @@ void report_fault_text(const struct report *report, char text[REPORT_FAULT_MAX])
              report->fault_text[0] != 0 ? ": " : "", report->fault_text);
 }
 
+/* "seen after 1.865 s of the run, all stopped after 2.079 s" */
+static void report_fault_times(const struct report *report, FILE *file)
+{
+    if (report->fault_ns == 0)
+        return;
+    fprintf(file, "seen after %.3f s of the run",
+            (double)report->fault_ns / 1e9);
+    if (report->fault_stop_ns > 0)
+        fprintf(file, ", all stopped after %.3f s",
+                (double)report->fault_stop_ns / 1e9);
+    fputc('\n', file);
+}
+
 static void report_fault(const struct report *report, FILE *file)
 {
     char value[160];
     if (report->end != REPORT_FAULT)
         return;
     report_fault_value(report, value, sizeof value);
-    if (report->fault.fault != CONTROLLER_FAULT_NONE)
+    if (report->fault.fault != CONTROLLER_FAULT_NONE) {
         fprintf(file, "fault: %s: %s%s\n", report_fault_axis(report),
                 controller_fault_text(report->fault.fault), value);
+        report_fault_times(report, file);
+    }
     if (report->fault_text[0] != 0)
         fprintf(file, "reason: %s\n", report->fault_text);
     if (report->fault.drive_code != 0 && !report->monitored)
@@ -324,11 +355,24 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
 static void report_json_fault(const struct report *report, cJSON *object)
 {
     cJSON *fault = cJSON_AddObjectToObject(object, "fault");
+    int64_t value, limit;
+    unsigned bits;
+    const char *unit;
     cJSON_AddStringToObject(fault, "axis", report_fault_axis(report));
     cJSON_AddStringToObject(fault, "what",
                             controller_fault_text(report->fault.fault));
     cJSON_AddStringToObject(fault, "reason", report->fault_text);
     cJSON_AddNumberToObject(fault, "drive_code", report->fault.drive_code);
+    if (report_fault_figures(report, &value, &limit, &bits, &unit)) {
+        json_add_fixed(fault, "value", value, bits);
+        json_add_fixed(fault, "limit", limit, bits);
+        cJSON_AddStringToObject(fault, "unit", unit);
+    }
+    if (report->fault_ns > 0)
+        cJSON_AddNumberToObject(fault, "t_s", (double)report->fault_ns / 1e9);
+    if (report->fault_stop_ns > 0)
+        cJSON_AddNumberToObject(fault, "stopped_t_s",
+                                (double)report->fault_stop_ns / 1e9);
 }
 
 static void report_json_torque(const struct report *report, cJSON *object)

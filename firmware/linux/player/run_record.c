@@ -91,7 +91,7 @@ void run_record_take(struct run_record *self, const struct telemetry_row *row)
     char text[REPORT_FAULT_MAX];
     record_write(&self->record, row);
     run_record_faults(self, row);
-    if (self->fault_noted || row->state != (int)CONTROLLER_FAULT)
+    if (self->fault_noted || !row->is_fault)
         return;
     self->fault_noted = true;
     report_fault_text(self->report, text);

@@ -82,8 +82,9 @@ void service_record_step(struct service_control *control)
     cJSON_Delete(object);
 }
 
-void service_record_fault(struct service_control *control, const char *text)
+void service_record_fault(struct service_control *control, int64_t now_ns,
+                          const char *text)
 {
     if (control->recording != NULL)
-        service_recording_note(control->recording, RECORD_ERROR, text);
+        service_recording_note(control->recording, now_ns, RECORD_ERROR, text);
 }

@@ -214,7 +214,7 @@ static void control_event(struct service_control *control,
     if (kind[event->kind].add != NULL)
         kind[event->kind].add(control, event, object);
     if (event->kind == SERVICE_EVENT_FAULT)
-        service_record_fault(control, event->text);
+        service_record_fault(control, event->now_ns, event->text);
     service_tell_all(control, object);
     cJSON_Delete(object);
 }

@@ -111,7 +111,8 @@ void service_plan_give_up(struct service_control *control, const char *why);
  * line in it. */
 void service_record_by_time(struct service_control *control);
 void service_record_step(struct service_control *control);
-void service_record_fault(struct service_control *control, const char *text);
+void service_record_fault(struct service_control *control, int64_t now_ns,
+                          const char *text);
 /* commands_couple.c: the tick took the spare cam of an axis; the end. */
 void service_cam_taken(struct service_control *control, unsigned axis);
 void service_cam_free(struct service_control *control);

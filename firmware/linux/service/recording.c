@@ -298,15 +298,13 @@ bool service_recording_ended(struct service_recording *self)
     return true;
 }
 
-void service_recording_note(struct service_recording *self,
+void service_recording_note(struct service_recording *self, int64_t now_ns,
                             enum record_level level, const char *words)
 {
     if (self->turn != SERVICE_RECORDING_ON)
         return;
     (void)pthread_mutex_lock(&self->lock);
     if (self->is_mcap && self->turn != SERVICE_RECORDING_ENDED)
-        record_note(&self->record,
-                    hal_clock_now_ns(self->clock) - self->start_ns, level,
-                    words);
+        record_note(&self->record, now_ns - self->start_ns, level, words);
     (void)pthread_mutex_unlock(&self->lock);
 }

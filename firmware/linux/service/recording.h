@@ -85,8 +85,8 @@ void service_recording_name(char name[SERVICE_RECORDING_NAME_MAX]);
 int service_recording_stop(struct service_recording *self);
 /* True, once: it has ended. */
 bool service_recording_ended(struct service_recording *self);
-/* A line in the log of the recording, if one is on. */
-void service_recording_note(struct service_recording *self,
+/* A line in the log of the recording, if one is on: of what was at now_ns. */
+void service_recording_note(struct service_recording *self, int64_t now_ns,
                             enum record_level level, const char *words);
 
 #endif

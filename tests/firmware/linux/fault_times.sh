@@ -1,0 +1,87 @@
+#!/bin/sh
+# tests/firmware/linux/fault_times.sh - when a fault was seen, and when all had stopped
+# after it, is the same in telemetry, in what a run says, in its JSON and in slew report.
+#
+# RUNS=200 for more; SEED for others.
+set -eu
+slew=${SLEW:-build/slew}
+dir=$(mktemp -d)
+trap 'rm -rf "$dir"' EXIT
+
+cat >"$dir/rig.yaml" <<'END'
+buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}
+axes:
+  x:
+    unit: mm
+    limits: {position: [0 mm, 2000 mm], velocity: 800 mm/s, acceleration: 2000 mm/s2, jerk: 20000 mm/s3}
+    following_error: {floor: 5 mm}
+    drive: {kind: cia402, bus: can0, node: 1, counts: 1000 per mm}
+    sim: {start: 100 mm}
+  z:
+    unit: mm
+    limits: {position: [0 mm, 500 mm], velocity: 300 mm/s, acceleration: 1500 mm/s2, jerk: 15000 mm/s3}
+    following_error: {floor: 3 mm}
+    drive: {kind: cia402, bus: can0, node: 2, counts: 1000 per mm}
+END
+cat >"$dir/move.yaml" <<'END'
+axes:
+  x: {curve: s-curve, keys: [[0 s, 100 mm], [2 s, 900 mm], [4 s, 100 mm]]}
+  z: {curve: s-curve, keys: [[0 s, 0 mm], [1 s, 60 mm], [3 s, 0 mm]]}
+END
+
+python3 - "$slew" "$dir" "${RUNS:-12}" "${SEED:-1}" <<'END'
+import csv, json, os, random, re, subprocess, sys
+
+slew, where, runs, seed = sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
+draw = random.Random(seed)
+entries = ("fault: drive_fault, code: 0x3210", "fault: obstacle, for: 1 s",
+           "fault: encoder_jump, by: 40 mm", "fault: reboot", "fault: cut_cable")
+
+
+def times(rows):
+    """When the first row says that it stops, and the first that it is in fault."""
+    seen = next(row for row in rows if row["state"] in ("stopping", "fault"))
+    stopped = next(row for row in rows if row["state"] == "fault")
+    return int(seen["t_ns"]) / 1e9, int(stopped["t_ns"]) / 1e9
+
+
+def run(number):
+    entry = entries[number % len(entries)]
+    axis = f"axis: {draw.choice('xz')}, "
+    at = draw.randint(100, 2900)
+    files = {name: f"{where}/{name}" for name in ("rig.yaml", "move.yaml", "f.yaml",
+                                                  "t.csv", "r.mcap")}
+    with open(files["f.yaml"], "w") as file:
+        file.write(f"faults: [{{{entry}, {axis}at: {at} ms}}]\n")
+    for name in ("t.csv", "r.mcap"):
+        if os.path.exists(files[name]):
+            os.remove(files[name])
+    done = subprocess.run(
+        [slew, "run", "--json", "--telemetry", files["t.csv"], "--record",
+         files["r.mcap"], "--faults", files["f.yaml"], files["rig.yaml"],
+         files["move.yaml"]], capture_output=True, text=True)
+    what = f"SEED={seed}, run {number}: {entry}, {axis}at {at} ms"
+    report = json.loads(done.stdout)
+    if report["end"] != "stopped by a fault":
+        return 0
+    with open(files["t.csv"]) as file:
+        seen, stopped = times(list(csv.DictReader(file)))
+    fault = report["fault"]
+    assert (fault["t_s"], fault["stopped_t_s"]) == (seen, stopped), \
+        (what, fault, seen, stopped)
+    said = subprocess.run([slew, "report", "--json", files["r.mcap"]],
+                          capture_output=True, text=True, check=True).stdout
+    notes = [note for note in json.loads(said)["notes"] if note["level"] == "fault"]
+    assert len(notes) == 1 and notes[0]["t_s"] == seen, (what, notes, seen)
+    if "value" in fault:
+        number = r"\(([-0-9.e]+) \S+, limit ([-0-9.e]+)"
+        value, limit = re.search(number, notes[0]["text"]).groups()
+        assert abs(float(value) / fault["value"] - 1) < 1e-3, (what, notes, fault)
+        assert abs(float(limit) / fault["limit"] - 1) < 1e-3, (what, notes, fault)
+    return 1
+
+
+faults = sum(run(number) for number in range(runs))
+print(f"{faults} faults in {runs} runs")
+assert faults > runs // 2
+END
