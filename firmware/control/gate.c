@@ -101,7 +101,7 @@ static inline uint32_t gate_far(const struct controller_axis *axis)
         track = axis->cam->track;
     if (track == NULL || axis->cursor.index >= track->count)
         return 0;
-    const int32_t frac = track->segment[axis->cursor.index].frac;
+    const int8_t frac = track->segment[axis->cursor.index].frac;
     return frac > 0 ? 0 : (uint32_t)(1 - frac);
 }
 

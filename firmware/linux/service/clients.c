@@ -137,9 +137,14 @@ void service_clients_close(struct service_clients *clients, const char *path)
 
 /* --- out, under the lock --- */
 
+/* Streams take a quarter of the buffer, a stop's answer and refusals what there
+ * is up to a half; the rest stays for answers to what had a turn. */
+#define CLIENT_STREAMS (SERVICE_OUT / 4)
+#define CLIENT_AT_ONCE (SERVICE_OUT / 2)
+
 static bool client_is_full(const struct service_client *client)
 {
-    return client->out_length > SERVICE_OUT / 2;
+    return client->out_length > CLIENT_AT_ONCE;
 }
 
 static void client_write(struct service_client *client)
@@ -170,10 +175,11 @@ static bool client_put(struct service_client *client, const char *text)
     return true;
 }
 
-/* Half of the buffer stays for answers. */
-static void client_tell(struct service_client *client, const char *text)
+/* Above `room` bytes it is left out, so that what counts more finds its place. */
+static void client_tell(struct service_client *client, const char *text,
+                        size_t room)
 {
-    if (client->over || client_is_full(client) || !client_put(client, text))
+    if (client->over || client->out_length > room || !client_put(client, text))
         client->dropped++;
 }
 
@@ -193,7 +199,7 @@ static void client_say(struct service_client *client, const char *error,
              error == NULL ? "" : ",\"error\":\"", error == NULL ? "" : error,
              error == NULL ? "" : "\",\"text\":\"", error == NULL ? "" : text,
              error == NULL ? "" : "\"");
-    client_tell(client, line);
+    client_tell(client, line, CLIENT_AT_ONCE);
 }
 
 /* The line that is in the room behind those that wait is one of them. */
@@ -518,7 +524,7 @@ void service_client_tell(struct service_clients *clients,
                          struct service_client *client, const char *text)
 {
     (void)pthread_mutex_lock(&clients->lock);
-    client_tell(client, text);
+    client_tell(client, text, CLIENT_STREAMS);
     client_write(client);
     (void)pthread_mutex_unlock(&clients->lock);
 }

@@ -705,6 +705,22 @@ static void a_stop_is_taken_while_the_service_homes_and_ends(void **test)
     assert_true(machine_is_off(&bench.machine));
 }
 
+/* Its streams have filled the socket and what the service keeps of them. */
+static void a_stop_is_answered_behind_streams_that_nobody_reads(void **test)
+{
+    (void)test;
+    up(rig_text[0], 2);
+    done(&client[1], "\"command\":\"stream\",\"rate\":100");
+    client[1].is_deaf = true;
+    for (unsigned i = 0; i < 20000; i++)
+        tick();
+    assert_true(bench.control.clients.client[1].dropped > 0);
+    ask(&client[1], "\"command\":\"stop\"");
+    tick();
+    client[1].is_deaf = false;
+    assert_true(answered(&client[1]));
+}
+
 int main(void)
 {
 #define STOP_TEST(claim) cmocka_unit_test_teardown(claim, down)
@@ -719,6 +735,7 @@ int main(void)
         STOP_TEST(what_is_beyond_the_queue_is_refused_at_once),
         STOP_TEST(lines_that_come_in_pieces_are_whole),
         STOP_TEST(lines_of_many_values_are_refused_unread),
+        STOP_TEST(a_stop_is_answered_behind_streams_that_nobody_reads),
         STOP_TEST(a_stop_is_taken_while_the_service_homes_and_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
