@@ -68,13 +68,11 @@ static uint32_t stand_still(struct plan_axis *axis,
  * 2 u^3 - u^4, u^2. */
 static uint32_t stand_slower(struct plan_axis *axis, uint32_t span, bool low)
 {
-    const struct motion_key *from = &axis->key[span].key, *to = from;
-    const uint32_t k = (axis->key[span + 1].key.pos_q32 > from->pos_q32) == low
-                           ? span + 1
-                           : span;
+    const struct motion_key *from = &axis->key[span].key;
+    const struct motion_key *to = &axis->key[span + 1].key;
+    const uint32_t k = (to->pos_q32 > from->pos_q32) == low ? span + 1 : span;
     int64_t way_q32;
 
-    to = &axis->key[span + 1].key;
     if (!stand_may(axis, k) ||
         motion_fixed_sub(to->pos_q32, from->pos_q32, &way_q32) < 0)
         return 0;

@@ -54,15 +54,20 @@ double stateful_vel(const struct stateful *bench, unsigned i)
                      period_s(bench);
 }
 
+/* Its own, and that of each master in turn by what the curves make of it. */
 double stateful_rounding(const struct stateful *bench, unsigned i)
 {
-    const double vel = stateful_unit(bench->axis_config[i].limit.vel_q32);
-    const struct stateful_coupling *coupling = &bench->coupling[i];
-    const double own = UNITS(2) + vel * 2 * 0x1p-12 * 1e-9;
-    return coupling->is_on
-               ? own + stateful_unit(coupling->cam.slope_q32) *
-                           stateful_rounding(bench, coupling->cam.master)
-               : own;
+    double sum = 0, slope = 1;
+    for (unsigned n = 0; n < STATEFUL_AXES; n++) {
+        const double vel = stateful_unit(bench->axis_config[i].limit.vel_q32);
+        const struct stateful_coupling *coupling = &bench->coupling[i];
+        sum += slope * (UNITS(2) + vel * 2 * 0x1p-12 * 1e-9);
+        if (!coupling->is_on)
+            break;
+        slope *= stateful_unit(coupling->cam.slope_q32);
+        i = coupling->cam.master;
+    }
+    return sum;
 }
 
 static double second(const struct stateful_past *past)

@@ -207,67 +207,81 @@ static void what_the_curve_makes_of_a_move_is_on_it(void **state)
     assert_true(most < 1.0L / 3);
 }
 
+/* u^2 (1 - u)^2 times 16, a bump of height 1, and times 25 sqrt(5) (1 - 2u), one to
+ * each side that is where it was in its middle; coefficients from u on. */
+static const long double bump_shape[2][MOTION_TRACK_DEGREE] = {
+    { 0, 16, -32, 16, 0 },
+    { 0, 55.9017L, -4 * 55.9017L, 5 * 55.9017L, -2 * 55.9017L },
+};
+
+/* The Taylor series of a segment at u0, times h^k. */
+static void piece_of(const struct motion_segment *segment, long double u0,
+                     long double h, long double a[MOTION_TRACK_DEGREE + 1])
+{
+    memset(a, 0, (MOTION_TRACK_DEGREE + 1) * sizeof *a);
+    for (int n = 0; n <= MOTION_TRACK_DEGREE; n++) {
+        long double choose = 1;
+        for (int k = 0; k <= n; k++) {
+            a[k] += ldexpl((long double)segment->coef[n], -segment->frac - n) *
+                    choose * powl(u0, n - k) * powl(h, k);
+            choose = choose * (n - k) / (k + 1);
+        }
+    }
+}
+
+static int64_t end_of(uint32_t index)
+{
+    return index + 1 < own.count ? own.segment[index + 1].pos_q32
+                                 : own.end.pos_q32;
+}
+
+/* The part from t0 to t1 of a segment, with `shape` times `high` added to it. */
+static bool bent_part(uint32_t index, int64_t t0, int64_t t1, long double high,
+                      const long double *shape)
+{
+    const struct motion_segment *segment = &own.segment[index];
+    const long double dur = (long double)segment->dur_ns_q12;
+    const int frac = segment->frac > 2 ? 2 : 0;
+    long double a[MOTION_TRACK_DEGREE + 1];
+    int64_t coef[MOTION_TRACK_DEGREE];
+    if (t1 <= t0)
+        return true;
+    piece_of(segment, (long double)t0 / dur, (long double)(t1 - t0) / dur, a);
+    for (int k = 0; k < MOTION_TRACK_DEGREE; k++)
+        coef[k] = llrintl(ldexpl(a[k + 1] + high * shape[k], frac));
+    return motion_track_append_poly(
+               &bent, t1 - t0, MOTION_TRACK_DEGREE, coef, (unsigned)frac,
+               t1 == segment->dur_ns_q12
+                   ? end_of(index)
+                   : llrintl(place_of(segment, (long double)t1 / dur)),
+               0) >= 0;
+}
+
 /* The same track but for a part of one segment, which goes aside by `high` (2^-32) and
- * comes back: p + 16 b u^2 (1 - u)^2; or to one side and to the other, and is where it
- * was in its middle: p + 25 sqrt(5) b u^2 (1 - u)^2 (1 - 2u). */
+ * comes back. */
 static bool bump(uint32_t index, long double from, long double to,
                  long double high)
 {
-    static const long double once[MOTION_TRACK_DEGREE] = { 0, 16, -32, 16, 0 };
-    static const long double twice[MOTION_TRACK_DEGREE] = {
-        0, 55.9017L, -4 * 55.9017L, 5 * 55.9017L, -2 * 55.9017L
-    };
-    const long double *of = draw_below(2) == 0 ? once : twice;
-    const struct motion_segment *segment = &own.segment[index];
-    const int64_t t0 = llrintl((long double)segment->dur_ns_q12 * from);
-    const int64_t t1 = llrintl((long double)segment->dur_ns_q12 * to);
-    const int64_t border[] = { 0, t0, t1, segment->dur_ns_q12 };
-    const int frac = segment->frac > 2 ? 2 : 0;
+    const long double *shape = bump_shape[draw_below(2)];
+    const int64_t dur = own.segment[index].dur_ns_q12;
+    const int64_t t0 = llrintl((long double)dur * from);
+    const int64_t t1 = llrintl((long double)dur * to);
     reserve(&bent, own.count + 2);
     motion_track_init(&bent, bent.segment, bent.capacity,
                       own.segment[0].pos_q32);
     for (uint32_t i = 0; i < own.count; i++) {
-        for (int part = 0; part < (i == index ? 3 : 0); part++) {
-            long double a[MOTION_TRACK_DEGREE + 1] = { 0 };
-            int64_t coef[MOTION_TRACK_DEGREE];
-            const long double u0 =
-                (long double)border[part] / (long double)segment->dur_ns_q12;
-            const long double h =
-                (long double)(border[part + 1] - border[part]) /
-                (long double)segment->dur_ns_q12;
-            /* the Taylor series at u0, times h^k */
-            for (int n = 0; n <= MOTION_TRACK_DEGREE; n++) {
-                long double choose = 1;
-                for (int k = 0; k <= n; k++) {
-                    a[k] += ldexpl((long double)segment->coef[n],
-                                   -segment->frac - n) *
-                            choose * powl(u0, n - k) * powl(h, k);
-                    choose = choose * (n - k) / (k + 1);
-                }
-            }
-            for (int k = 0; k < MOTION_TRACK_DEGREE; k++)
-                coef[k] = llrintl(
-                    ldexpl(a[k + 1] + (part == 1 ? high * of[k] : 0), frac));
-            const int64_t end_q32 =
-                part == 2 ? (i + 1 < own.count ? own.segment[i + 1].pos_q32
-                                               : own.end.pos_q32)
-                          : llrintl(place_of(
-                                segment, (long double)border[part + 1] /
-                                             (long double)segment->dur_ns_q12));
-            if (border[part + 1] > border[part] &&
-                motion_track_append_poly(&bent, border[part + 1] - border[part],
-                                         MOTION_TRACK_DEGREE, coef,
-                                         (unsigned)frac, end_q32, 0) < 0)
+        if (i == index) {
+            if (!bent_part(i, 0, t0, 0, shape) ||
+                !bent_part(i, t0, t1, high, shape) ||
+                !bent_part(i, t1, dur, 0, shape))
                 return false;
+            continue;
         }
-        if (i != index) {
-            bent.segment[bent.count] = own.segment[i];
-            bent.segment[bent.count].start_ns_q12 = bent.end_ns_q12;
-            bent.end_ns_q12 += own.segment[i].dur_ns_q12;
-            bent.end.pos_q32 = i + 1 < own.count ? own.segment[i + 1].pos_q32
-                                                 : own.end.pos_q32;
-            bent.count++;
-        }
+        bent.segment[bent.count] = own.segment[i];
+        bent.segment[bent.count].start_ns_q12 = bent.end_ns_q12;
+        bent.end_ns_q12 += own.segment[i].dur_ns_q12;
+        bent.end.pos_q32 = end_of(i);
+        bent.count++;
     }
     return true;
 }

@@ -112,97 +112,94 @@ static void what_is_no_data_sheet_is_refused(void **state)
 #define NONE INT64_MIN
 
 /* What of [2000] a file gives, and what is said of it. */
+static const struct {
+    const char *text, *warning; /* NULL: none */
+    unsigned line;
+    int64_t value;
+    bool adds_node;
+} odd[] = {
+    { U32 "DefaultValue=0x1F", NULL, 0, 0x1F, false },
+    { U32 "DefaultValue= 12 ; metres", NULL, 0, 12, false },
+    { U32 "DefaultValue=12;", NULL, 0, 12, false },
+    { "[2000]\nDefaultValue=37\nAccessType=rw\nDataType=0x0007 ; u32\n", NULL,
+      0, 37, false },
+    { "\xEF\xBB\xBF" U32 "DefaultValue=7", NULL, 0, 7, false },
+    { "; B\xF6hm\n" U32 "DefaultValue=7", NULL, 0, 7, false },
+    { "[2000]\rDataType=7\rAccessType=rw\rDefaultValue=7", NULL, 0, 7, false },
+    { U32 "DefaultValue=0x200+$NODEID", NULL, 0, 0x200, true },
+    { U32 "DefaultValue=$nodeid + 0x200", NULL, 0, 0x200, true },
+    { U32 "DefaultValue=$NODEID", NULL, 0, 0, true },
+    { U32 "DefaultValue=007", NULL, 0, 7, false },
+    { U32 "DefaultValue=00", NULL, 0, 0, false },
+    { U32 "DefaultValue=", NULL, 0, NONE, false },
+    { U32 "DefaultValue=4294967295", NULL, 0, 4294967295, false },
+    { I16 "DefaultValue=0xFFFF", NULL, 0, -1, false },
+    { I16 "DefaultValue=-32768", NULL, 0, -32768, false },
+    { U64 "DefaultValue=0xFFFFFFFFFFFFFFFF", NULL, 0, -1, false },
+    { "[2000]\nDataType=0xA0\nAccessType=ro\nDefaultValue=3\n[A0]\n"
+      "[A0sub1]\nDefaultValue=6\n",
+      NULL, 0, 3, false },
+    { "[2000]\nDataType=9\nAccessType=ro\nDefaultValue=any text", NULL, 0, NONE,
+      false },
+    { "[2000]\nObjectType=2\nAccessType=rw", NULL, 0, NONE, false },
+    { U32 "DefaultValue=0.0", "2000: DefaultValue '0.0' is no number", 4, NONE,
+      false },
+    { U32 "DefaultValue=010", "'010' is no number", 4, NONE, false },
+    { U32 "DefaultValue=12 V", "'12 V' is no number", 4, NONE, false },
+    { U32 "DefaultValue=-1", "'-1' is no number", 4, NONE, false },
+    { U32 "DefaultValue=0x1FFFFFFFF", "is no number", 4, NONE, false },
+    { U32 "DefaultValue=0x1FFFFFFFFFFFFFFFF", "is no number", 4, NONE, false },
+    { U32 "DefaultValue=$NODEID-1", "is no number", 4, NONE, false },
+    { U32 "DefaultValue=0x200$NODEID", "is no number", 4, NONE, false },
+    { U32 "DefaultValue=1\nParameterValue=x", "ParameterValue 'x'", 5, NONE,
+      false },
+    { U8 "DefaultValue=256", "'256' is no number", 4, NONE, false },
+    { U8 "LowLimit=-1", "LowLimit '-1' is no number", 4, NONE, false },
+    { U8 "HighLimit=$NODEID+1", "HighLimit '$NODEID+1'", 4, NONE, false },
+    { "[2000]\nDataType=seven\nAccessType=rw\nDefaultValue=1",
+      "DataType 'seven' cannot be read", 2, NONE, false },
+    { "[2000]\nDataType=0xA0\nAccessType=rw\n",
+      "DataType '0xA0' is not described", 2, NONE, false },
+    { "[2000]\nDataType=7\nAccessType=r/w\nDefaultValue=5",
+      "AccessType 'r/w' is none of ro,", 3, 5, false },
+    { "[2000]\nDataType=7\nDefaultValue=5", "2000 has no AccessType", 1, 5,
+      false },
+    { "[2000]\nAccessType=rw\n", "2000 has no DataType", 1, NONE, false },
+    { U32 "PDOMapping=yes\nDefaultValue=5", "PDOMapping 'yes'", 4, 5, false },
+    { U32 "DefaultValue=5\n[2000]\nDefaultValue=6",
+      "'2000' is a section that is there already", 5, 6, false },
+    { U32 "DefaultValue=5\nDefaultValue=6",
+      "'DefaultValue' is a key that is there already", 5, 6, false },
+    { U32 "DefaultValue=5\nall of this", "'all of this' is neither", 5, 5,
+      false },
+    { U32 "DefaultValue=5\n[2001\n", "'2001' is a section without its ]", 5, 5,
+      false },
+    { U32 "DefaultValue=5\n[3000sub1]\nAccessType=ro\nDataType=5\n"
+          "[3000sub01]\nAccessType=ro\nDataType=5\n",
+      "3000:1 is an object that is there already", 8, 5, false },
+    { U32 "DefaultValue=5\n[3000]\nObjectType=8\nCompactSubObj=0\n",
+      "3000 has no entries", 5, 5, false },
+    { U32 "DefaultValue=5\n[3000]\nObjectType=8\nCompactSubObj=many\n"
+          "DataType=7\nAccessType=rw",
+      "CompactSubObj 'many' cannot be read", 7, 5, false },
+};
+
 static void what_is_odd_is_no_value_and_a_warning(void **state)
 {
-    static const struct {
-        const char *text, *warning; /* NULL: none */
-        unsigned line;
-        int64_t value;
-        bool adds_node;
-    } row[] = {
-        { U32 "DefaultValue=0x1F", NULL, 0, 0x1F, false },
-        { U32 "DefaultValue= 12 ; metres", NULL, 0, 12, false },
-        { U32 "DefaultValue=12;", NULL, 0, 12, false },
-        { "[2000]\nDefaultValue=37\nAccessType=rw\nDataType=0x0007 ; u32\n",
-          NULL, 0, 37, false },
-        { "\xEF\xBB\xBF" U32 "DefaultValue=7", NULL, 0, 7, false },
-        { "; B\xF6hm\n" U32 "DefaultValue=7", NULL, 0, 7, false },
-        { "[2000]\rDataType=7\rAccessType=rw\rDefaultValue=7", NULL, 0, 7,
-          false },
-        { U32 "DefaultValue=0x200+$NODEID", NULL, 0, 0x200, true },
-        { U32 "DefaultValue=$nodeid + 0x200", NULL, 0, 0x200, true },
-        { U32 "DefaultValue=$NODEID", NULL, 0, 0, true },
-        { U32 "DefaultValue=007", NULL, 0, 7, false },
-        { U32 "DefaultValue=00", NULL, 0, 0, false },
-        { U32 "DefaultValue=", NULL, 0, NONE, false },
-        { U32 "DefaultValue=4294967295", NULL, 0, 4294967295, false },
-        { I16 "DefaultValue=0xFFFF", NULL, 0, -1, false },
-        { I16 "DefaultValue=-32768", NULL, 0, -32768, false },
-        { U64 "DefaultValue=0xFFFFFFFFFFFFFFFF", NULL, 0, -1, false },
-        { "[2000]\nDataType=0xA0\nAccessType=ro\nDefaultValue=3\n[A0]\n"
-          "[A0sub1]\nDefaultValue=6\n",
-          NULL, 0, 3, false },
-        { "[2000]\nDataType=9\nAccessType=ro\nDefaultValue=any text", NULL, 0,
-          NONE, false },
-        { "[2000]\nObjectType=2\nAccessType=rw", NULL, 0, NONE, false },
-        { U32 "DefaultValue=0.0", "2000: DefaultValue '0.0' is no number", 4,
-          NONE, false },
-        { U32 "DefaultValue=010", "'010' is no number", 4, NONE, false },
-        { U32 "DefaultValue=12 V", "'12 V' is no number", 4, NONE, false },
-        { U32 "DefaultValue=-1", "'-1' is no number", 4, NONE, false },
-        { U32 "DefaultValue=0x1FFFFFFFF", "is no number", 4, NONE, false },
-        { U32 "DefaultValue=0x1FFFFFFFFFFFFFFFF", "is no number", 4, NONE,
-          false },
-        { U32 "DefaultValue=$NODEID-1", "is no number", 4, NONE, false },
-        { U32 "DefaultValue=0x200$NODEID", "is no number", 4, NONE, false },
-        { U32 "DefaultValue=1\nParameterValue=x", "ParameterValue 'x'", 5, NONE,
-          false },
-        { U8 "DefaultValue=256", "'256' is no number", 4, NONE, false },
-        { U8 "LowLimit=-1", "LowLimit '-1' is no number", 4, NONE, false },
-        { U8 "HighLimit=$NODEID+1", "HighLimit '$NODEID+1'", 4, NONE, false },
-        { "[2000]\nDataType=seven\nAccessType=rw\nDefaultValue=1",
-          "DataType 'seven' cannot be read", 2, NONE, false },
-        { "[2000]\nDataType=0xA0\nAccessType=rw\n",
-          "DataType '0xA0' is not described", 2, NONE, false },
-        { "[2000]\nDataType=7\nAccessType=r/w\nDefaultValue=5",
-          "AccessType 'r/w' is none of ro,", 3, 5, false },
-        { "[2000]\nDataType=7\nDefaultValue=5", "2000 has no AccessType", 1, 5,
-          false },
-        { "[2000]\nAccessType=rw\n", "2000 has no DataType", 1, NONE, false },
-        { U32 "PDOMapping=yes\nDefaultValue=5", "PDOMapping 'yes'", 4, 5,
-          false },
-        { U32 "DefaultValue=5\n[2000]\nDefaultValue=6",
-          "'2000' is a section that is there already", 5, 6, false },
-        { U32 "DefaultValue=5\nDefaultValue=6",
-          "'DefaultValue' is a key that is there already", 5, 6, false },
-        { U32 "DefaultValue=5\nall of this", "'all of this' is neither", 5, 5,
-          false },
-        { U32 "DefaultValue=5\n[2001\n", "'2001' is a section without its ]", 5,
-          5, false },
-        { U32 "DefaultValue=5\n[3000sub1]\nAccessType=ro\nDataType=5\n"
-              "[3000sub01]\nAccessType=ro\nDataType=5\n",
-          "3000:1 is an object that is there already", 8, 5, false },
-        { U32 "DefaultValue=5\n[3000]\nObjectType=8\nCompactSubObj=0\n",
-          "3000 has no entries", 5, 5, false },
-        { U32 "DefaultValue=5\n[3000]\nObjectType=8\nCompactSubObj=many\n"
-              "DataType=7\nAccessType=rw",
-          "CompactSubObj 'many' cannot be read", 7, 5, false },
-    };
-
     (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(row); i++) {
-        if (load_text(row[i].text) < 0)
+    for (size_t i = 0; i < ARRAY_LEN(odd); i++) {
+        if (load_text(odd[i].text) < 0)
             fail_msg("%zu: %s", i, message);
         const struct eds_object *object = eds_find(&eds, 0x2000, 0);
         assert_non_null(object);
-        if (object->has_value != (row[i].value != NONE) ||
-            (object->has_value && object->value != row[i].value) ||
-            (object->has_value && object->adds_node != row[i].adds_node))
+        if (object->has_value != (odd[i].value != NONE) ||
+            (object->has_value && object->value != odd[i].value) ||
+            (object->has_value && object->adds_node != odd[i].adds_node))
             fail_msg("%zu: value %" PRId64, i, object->value);
-        if ((eds.warnings > 0) != (row[i].warning != NULL) ||
+        if ((eds.warnings > 0) != (odd[i].warning != NULL) ||
             (eds.warnings > 0 &&
-             (strstr(eds.warning[0].text, row[i].warning) == NULL ||
-              eds.warning[0].line != row[i].line)))
+             (strstr(eds.warning[0].text, odd[i].warning) == NULL ||
+              eds.warning[0].line != odd[i].line)))
             fail_msg("%zu: %u: %s", i,
                      eds.warnings > 0 ? eds.warning[0].line : 0,
                      eds.warnings > 0 ? eds.warning[0].text : "no warning");

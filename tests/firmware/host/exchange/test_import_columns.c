@@ -275,70 +275,68 @@ static void utf_16_is_read(void **state)
 
 /* --- times ------------------------------------------------------------------- */
 
+static const struct {
+    const char *format, *text;
+    uint64_t num, den;
+    const char *want[3];
+} timed[] = {
+    { "csv",
+      "frame,pan\n1,0\n2,1\n3,2\n",
+      24,
+      1,
+      { "frame 0", "frame 1", "frame 2" } },
+    { "csv",
+      "frame,pan\n1001,0\n1002.5,1\n1003.25,2\n",
+      24000,
+      1001,
+      { "frame 0", "frame 1.5", "frame 2.25" } },
+    { "csv",
+      "t,pan\n0,0\n0.042,1\n0.083,2\n",
+      24,
+      1,
+      { "frame 0", "frame 1", "frame 2" } },
+    { "csv",
+      "t,pan\n12.3333,0\n12.3750,1\n12.4167,2\n",
+      24,
+      1,
+      { "frame 0", "frame 1", "frame 2" } },
+    { "csv",
+      "t,pan\n0,0\n0.0333667,1\n0.0667333,2\n",
+      30000,
+      1001,
+      { "frame 0", "frame 1", "frame 2" } },
+    { "csv",
+      "t,pan\n0,0\n0.05,1\n0.1,2\n",
+      24,
+      1,
+      { "frame 0", "frame 1.2", "frame 2.4" } },
+    { "csv", "t,pan\n0,0\n0.1,1\n0.2,2\n", 0, 0, { "0 s", "0.1 s", "0.2 s" } },
+    { "kuper",
+      "Axes = frame pan\n7 0\n8 1\n10 2\n",
+      25,
+      1,
+      { "frame 0", "frame 1", "frame 3" } },
+    { "maya",
+      "animVersion 1.1; timeUnit film; anim t t pan 0 1 0; animData { "
+      "output "
+      "angular; keys { 1 0 flat flat 1 1 0; 2 1 flat flat 1 1 0; 30.5 2 "
+      "flat "
+      "flat 1 1 0; } }",
+      0,
+      0,
+      { "frame 0", "frame 1", "frame 29.5" } },
+};
+
 static void times_that_are_frames_are_written_as_frames(void **state)
 {
-    static const struct {
-        const char *format, *text;
-        uint64_t num, den;
-        const char *want[3];
-    } rows[] = {
-        { "csv",
-          "frame,pan\n1,0\n2,1\n3,2\n",
-          24,
-          1,
-          { "frame 0", "frame 1", "frame 2" } },
-        { "csv",
-          "frame,pan\n1001,0\n1002.5,1\n1003.25,2\n",
-          24000,
-          1001,
-          { "frame 0", "frame 1.5", "frame 2.25" } },
-        { "csv",
-          "t,pan\n0,0\n0.042,1\n0.083,2\n",
-          24,
-          1,
-          { "frame 0", "frame 1", "frame 2" } },
-        { "csv",
-          "t,pan\n12.3333,0\n12.3750,1\n12.4167,2\n",
-          24,
-          1,
-          { "frame 0", "frame 1", "frame 2" } },
-        { "csv",
-          "t,pan\n0,0\n0.0333667,1\n0.0667333,2\n",
-          30000,
-          1001,
-          { "frame 0", "frame 1", "frame 2" } },
-        { "csv",
-          "t,pan\n0,0\n0.05,1\n0.1,2\n",
-          24,
-          1,
-          { "frame 0", "frame 1.2", "frame 2.4" } },
-        { "csv",
-          "t,pan\n0,0\n0.1,1\n0.2,2\n",
-          0,
-          0,
-          { "0 s", "0.1 s", "0.2 s" } },
-        { "kuper",
-          "Axes = frame pan\n7 0\n8 1\n10 2\n",
-          25,
-          1,
-          { "frame 0", "frame 1", "frame 3" } },
-        { "maya",
-          "animVersion 1.1; timeUnit film; anim t t pan 0 1 0; animData { "
-          "output "
-          "angular; keys { 1 0 flat flat 1 1 0; 2 1 flat flat 1 1 0; 30.5 2 "
-          "flat "
-          "flat 1 1 0; } }",
-          0,
-          0,
-          { "frame 0", "frame 1", "frame 29.5" } },
-    };
     (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+    for (size_t i = 0; i < ARRAY_LEN(timed); i++) {
         struct import_wish wish = import_bench_wish(0);
-        wish.fps = (struct units_fps){ rows[i].num, rows[i].den };
+        wish.fps = (struct units_fps){ timed[i].num, timed[i].den };
         const char *path =
-            import_bench_write(rows[i].text, strlen(rows[i].text));
-        struct imported got = import_bench_read_as(rows[i].format, path, &wish);
+            import_bench_write(timed[i].text, strlen(timed[i].text));
+        struct imported got =
+            import_bench_read_as(timed[i].format, path, &wish);
         char text[1024];
         unlink(path);
         assert_int_equal(import_adjust(&wish, &got, import_bench_message), 0);
@@ -351,7 +349,7 @@ static void times_that_are_frames_are_written_as_frames(void **state)
         unlink(path);
         for (int k = 0; k < 3; k++) {
             char want[64];
-            snprintf(want, sizeof want, "[%s, %d", rows[i].want[k], k);
+            snprintf(want, sizeof want, "[%s, %d", timed[i].want[k], k);
             if (strstr(text, want) == NULL)
                 fail_msg("%zu: no %s in %s", i, want, text);
         }
