@@ -43,29 +43,55 @@ int64_t controller_step_rest_ticks(const struct controller *controller,
                                           REST_K);
 }
 
+/* Ticks of a rise, r' = a, until the rate falls. */
+static int64_t rest_shared_ticks(const struct controller *controller,
+                                 int64_t a_q56, bool stop)
+{
+    return RAMP_LEAD_MAX +
+           ramp_ratio(REST_K * (a_q56 >> 2),
+                      controller->step.rest[stop ? 1 : 0].jerk_q56 >> 2);
+}
+
+/* Where no fall was judged along with it, as of a scheduled one, until it is at its
+ * end, and no longer than until the rate falls; and the rate that it then has. */
+static int64_t rest_rise_ticks(const struct controller *controller, bool stop,
+                               int64_t *rate_q30)
+{
+    const struct motion_clock_warp *warp = &controller->warp;
+    struct motion_clock_rate now;
+    int64_t a_q56;
+    const int64_t left =
+        ramp_ratio(ramp_most(ramp_end_ns(controller) - controller->clock_ns, 0),
+                   controller->config.period_ns);
+    motion_clock_warp_at(warp, controller->clock_ns, &now);
+    (void)motion_fixed_mulshift(now.accel_q30, controller->step.tick_q56, 30,
+                                &a_q56);
+    const int64_t shared =
+        rest_shared_ticks(controller, ramp_most(a_q56, 0), stop);
+    *rate_q30 = warp->rate1_q30;
+    if (shared >= left)
+        return left;
+    *rate_q30 =
+        ramp_least(*rate_q30, now.rate_q30 + a_q56 * shared / RAMP_Q30_Q56);
+    return shared;
+}
+
 int64_t controller_step_bound_ns(const struct controller *controller, bool stop)
 {
-    const int64_t period_ns = controller->config.period_ns;
-    const struct motion_clock_warp *warp = &controller->warp;
     int64_t rate_q30 = ramp_rate_q30(controller), ticks = 0;
     struct controller_step_fall fall;
     if (controller_step_fall(controller, stop, &fall)) {
         const int64_t a_q56 = fall.begin.accel_q56;
-        const int32_t shared =
-            RAMP_LEAD_MAX +
-            ramp_ratio(REST_K * (a_q56 >> 2),
-                       controller->step.rest[stop ? 1 : 0].jerk_q56 >> 2);
-        ticks = ramp_least(fall.ticks + 1, shared);
+        ticks = ramp_least(fall.ticks + 1,
+                           rest_shared_ticks(controller, a_q56, stop));
         rate_q30 =
             (fall.begin.rate_q56 + a_q56 / 2 * (ticks + 1)) / RAMP_Q30_Q56;
-    } else if (warp->rate1_q30 > rate_q30) {
-        const int64_t left_ns = ramp_end_ns(controller) - controller->clock_ns;
-        ticks = ramp_ratio(ramp_most(left_ns, 0), period_ns);
-        rate_q30 = warp->rate1_q30;
+    } else if (controller->warp.rate1_q30 > rate_q30) {
+        ticks = rest_rise_ticks(controller, stop, &rate_q30);
     }
     rate_q30 = ramp_least(rate_q30, MOTION_CLOCK_WARP_MAX_Q30 - 1);
     ticks += controller_step_rest_ticks(controller, rate_q30, stop);
-    return ramp_least(ticks * period_ns, RAMP_MAX_NS);
+    return ramp_least(ticks * controller->config.period_ns, RAMP_MAX_NS);
 }
 
 static int32_t rest_q4(const struct controller *controller, int64_t accel_q30)

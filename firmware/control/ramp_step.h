@@ -57,8 +57,8 @@
  * that spans hold, so that it can be brought back by that within few ticks.
  *
  * Rest is due to the tick, at a time that is stated with the request (ramp_rest.c).
- * Let F be the ticks of the fall, or 8 + 3 r' / J where those are more, and r the rate
- * after it, 0 and the present rate where r' <= 0; and D(k) what the shortest ramp from r
+ * Let F be the ticks of the fall, or of what is left of a rise that was scheduled, at
+ * most 8 + 3 r' / J, and r the rate after it, 0 and the present rate where r' <= 0; and D(k) what the shortest ramp from r
  * to 0 within A / k and J / k takes, with A and J that alone would use the whole of the
  * limits at the peaks of the tracks (ramp_bound.c), A' and J' of the stop limits:
  *     D(k) = k r / A + A / J    for r >= A^2 / (k J), where r' comes up to A / k,
