@@ -132,10 +132,11 @@ enum status job_read_rig(const struct files *files, const char *path,
  * its own speed.  Fills violation, in the order of axes and time. */
 void job_check(struct job *job, int64_t rate_q30);
 
-/* The violations as a table with a heading, and what would help; or as the
- * members "violations" and "fit" of a JSON object. */
+/* The violations as a table with a heading, all or the worst 20 of each kind on each
+ * axis, and what would help; or all, as the members "violations" and "fit" of a JSON
+ * object. */
 struct cJSON;
-void job_print_violations(const struct job *job, FILE *file);
+void job_print_violations(const struct job *job, bool all, FILE *file);
 void job_json_violations(const struct job *job, struct cJSON *object);
 /* What was said of the rig when it was read, as the member "warnings": a list
  * of sentences. */

@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
 #include "firmware/host/job/job.h"
@@ -12,6 +13,8 @@
 #include "motion/plan/camera/plan_camera.h"
 #include "motion/plan/plan_bound.h"
 #include "motion/plan/plan_track.h"
+
+#define JOB_WORST 20 /* rows for each axis and kind of violation */
 
 /* Line in the move's file of a key, or of what drives an axis without keys. */
 static uint32_t job_line(const struct plan_axis *axis, uint32_t key)
@@ -77,18 +80,91 @@ static void job_print_advice(const struct job *job, FILE *file)
               file);
 }
 
-void job_print_violations(const struct job *job, FILE *file)
+/* The worst of one kind on one axis. */
+struct job_worst {
+    uint32_t count, kept;
+    uint32_t index[JOB_WORST];
+};
+
+#define JOB_KIND_ONE(name, order, text) +1
+enum { JOB_KINDS = 0 JOB_VIOLATION_LIST(JOB_KIND_ONE) };
+
+static struct job_worst *job_worst_of(const struct job *job,
+                                      struct job_worst *worst, uint32_t index)
+{
+    const struct job_violation *violation = &job->violation[index];
+    return &worst[violation->axis * JOB_KINDS + violation->kind];
+}
+
+/* By how much it is beyond its limit. */
+static uint64_t job_excess(const struct job_violation *violation)
+{
+    const bool low = violation->kind == JOB_POS_LOW;
+    const bool falls =
+        !low && violation->kind != JOB_POS_HIGH && violation->value < 0;
+    const int64_t value = falls ? -(violation->value + 1) : violation->value;
+    return low ? (uint64_t)violation->limit - (uint64_t)value
+               : (uint64_t)value - (uint64_t)violation->limit;
+}
+
+static void job_worst_add(const struct job *job, struct job_worst *worst,
+                          uint32_t index)
+{
+    struct job_worst *self = job_worst_of(job, worst, index);
+    const uint64_t excess = job_excess(&job->violation[index]);
+    uint32_t at = self->kept;
+    self->count++;
+    while (at > 0 && excess > job_excess(&job->violation[self->index[at - 1]]))
+        at--;
+    if (at == JOB_WORST)
+        return;
+    self->kept += self->kept < JOB_WORST ? 1 : 0;
+    for (uint32_t i = self->kept - 1; i > at; i--)
+        self->index[i] = self->index[i - 1];
+    self->index[at] = index;
+}
+
+static bool job_worst_has(const struct job_worst *self, uint32_t index)
+{
+    for (uint32_t i = 0; i < self->kept; i++)
+        if (self->index[i] == index)
+            return true;
+    return false;
+}
+
+static void job_print_rest(const struct job *job, const struct job_worst *worst,
+                           FILE *file)
+{
+    for (unsigned i = 0; i < job->move.axis_count * JOB_KINDS; i++)
+        if (worst[i].count > worst[i].kept)
+            fprintf(file,
+                    "%s: %s, the worst %u of %u; slew check --all lists "
+                    "them all\n",
+                    job->move.axis[i / JOB_KINDS].name,
+                    job_violation_text(i % JOB_KINDS), worst[i].kept,
+                    worst[i].count);
+}
+
+void job_print_violations(const struct job *job, bool all, FILE *file)
 {
     static const char *const head[] = {
         "<axis", ">move time", ">value", ">limit",
         "<unit", ">key",       ">line",  "<what",
     };
+    struct job_worst *worst =
+        memory_new((size_t)job->move.axis_count * JOB_KINDS, sizeof *worst);
     struct table table;
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        job_worst_add(job, worst, i);
     table_init(&table, 8, head);
     for (uint32_t i = 0; i < job->violation_count; i++)
-        job_print_violation(job, &table, &job->violation[i]);
+        if (all || job_worst_has(job_worst_of(job, worst, i), i))
+            job_print_violation(job, &table, &job->violation[i]);
     table_print(&table, file);
     table_free(&table);
+    if (!all)
+        job_print_rest(job, worst, file);
+    memory_free(worst);
     job_print_advice(job, file);
 }
 

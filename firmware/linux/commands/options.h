@@ -35,6 +35,7 @@ struct option_row {
 /* All that any command takes.  Times and rates are -1 when not given. */
 struct options {
     bool help, json, dry_run;
+    bool all;                 /* check */
     bool segments, rules;     /* plan */
     bool quaternion, raw;     /* sample */
     bool space, film;         /* plot */

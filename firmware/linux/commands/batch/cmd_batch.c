@@ -141,7 +141,7 @@ static enum status cmd_batch_read(struct cmd_batch *self)
         return status;
     job_check(&self->job, options->override_q30);
     if (self->job.violation_count > 0) {
-        job_print_violations(&self->job, stderr);
+        job_print_violations(&self->job, false, stderr);
         error_say("slew batch: %u limit violation%s, nothing was run",
                   self->job.violation_count,
                   number_word(self->job.violation_count, "", "s"));

@@ -66,12 +66,12 @@ static void cmd_check_verdict(const struct job *job, int64_t rate_q30,
         puts("within all limits");
 }
 
-static void cmd_check_text(const struct job *job, int64_t rate_q30,
+static void cmd_check_text(const struct job *job, const struct options *options,
                            const char *refused)
 {
-    cmd_check_verdict(job, rate_q30, refused);
+    cmd_check_verdict(job, options->override_q30, refused);
     if (job->violation_count > 0)
-        job_print_violations(job, stdout);
+        job_print_violations(job, options->all, stdout);
     cmd_check_buses(job);
     monitored_print(&job->rig, stdout);
     path_report_text(job, stdout);
@@ -93,7 +93,7 @@ static enum status cmd_check_job(struct job *job, const struct options *options)
     if (options->json)
         cmd_check_json(job, fits);
     else
-        cmd_check_text(job, rate_q30,
+        cmd_check_text(job, options,
                        !carried ? "a bus cannot carry it"
                        : !shot  ? "shots come too close to each other"
                                 : NULL);
@@ -114,6 +114,8 @@ static const struct option_row cmd_check_option[] = {
       offsetof(struct options, override_q30),
       "judge the move as played at this speed (100), or at 100 when it is "
       "less" },
+    { "all", NULL, OPTION_FLAG, offsetof(struct options, all),
+      "list every violation, not the worst 20 of each kind on each axis" },
     OPTIONS_COMMON,
 };
 
@@ -127,7 +129,10 @@ const struct command cmd_check = {
         "sampling; by the steps between segments; and by whether every axis\n"
         "starts and ends at rest.  Each violation is one line: axis, move "
         "time,\n"
-        "value, limit, the key before it and that key's line in the file.\n"
+        "value, limit, the key before it and that key's line in the file. "
+        "Of more\n"
+        "than 20 of one kind on one axis the worst are shown, unless --all is "
+        "given.\n"
         "\n"
         "Then, for each bus, what is sent on it how often, how long it is on\n"
         "the wire at most, and how much of the bus's time that takes: more "

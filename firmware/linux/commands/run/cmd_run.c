@@ -61,7 +61,7 @@ static enum status cmd_run_check(struct cmd_run *self)
         if (self->options->json)
             run_intent_json(&self->when, STATUS_REFUSED);
         else
-            job_print_violations(&self->job, stdout);
+            job_print_violations(&self->job, false, stdout);
         fflush(stdout);
         error_say("slew run: %u limit violation%s, nothing was moved",
                   self->job.violation_count,
