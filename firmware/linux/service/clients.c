@@ -147,17 +147,23 @@ static bool client_is_full(const struct service_client *client)
     return client->out_length > CLIENT_AT_ONCE;
 }
 
+/* Nobody takes what is said to it.  What it has said itself is read to its end all
+ * the same, as there may be a stop in it; only then it is over. */
+static void client_deafen(struct service_client *client)
+{
+    client->is_deaf = true;
+    client->out_length = 0;
+}
+
 static void client_write(struct service_client *client)
 {
     if (client->out_length == 0)
         return;
     const ssize_t sent = send(client->file, client->out, client->out_length,
                               MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (sent < 0 && errno != EAGAIN && errno != EINTR) {
-        client->over = true;
-        client->out_length = 0;
-    }
-    if (sent <= 0)
+    if (sent < 0 && errno != EAGAIN && errno != EINTR)
+        client_deafen(client);
+    if (sent <= 0 || client->is_deaf)
         return;
     client->out_length -= (size_t)sent;
     memmove(client->out, client->out + sent, client->out_length);
@@ -179,7 +185,8 @@ static bool client_put(struct service_client *client, const char *text)
 static void client_tell(struct service_client *client, const char *text,
                         size_t room)
 {
-    if (client->over || client->out_length > room || !client_put(client, text))
+    if (client->over || client->is_deaf || client->out_length > room ||
+        !client_put(client, text))
         client->dropped++;
 }
 
@@ -513,8 +520,10 @@ void service_client_answer(struct service_clients *clients,
     char *text = cJSON_PrintUnformatted(object);
     cJSON_Delete(object);
     (void)pthread_mutex_lock(&clients->lock);
-    if (text == NULL || !client_put(client, text))
-        client->over = true;
+    if (text == NULL || (!client->is_deaf && !client_put(client, text))) {
+        (void)shutdown(client->file, SHUT_RDWR);
+        client_deafen(client);
+    }
     client_write(client);
     (void)pthread_mutex_unlock(&clients->lock);
     free(text);

@@ -60,8 +60,9 @@ struct service_client {
     bool spills;   /* it does not fit, and is not kept */
 
     /* under the lock */
-    int file;  /* -1: nobody */
-    bool over; /* to be closed */
+    int file;     /* -1: nobody */
+    bool over;    /* to be closed */
+    bool is_deaf; /* it has hung up, and is over once it is read to its end */
     struct service_line queue[SERVICE_QUEUE];
     unsigned first, count;
     char *room;  /* their texts, each with a 0; then the line that is coming */

@@ -538,6 +538,69 @@ static void a_stop_is_known_however_it_is_written(void **test)
     }
 }
 
+/* --- of one that has gone --- */
+
+static int knock(void)
+{
+    struct sockaddr_un address = { .sun_family = AF_UNIX };
+    const int file = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", bench.socket);
+    assert_int_equal(
+        connect(file, (const struct sockaddr *)&address, sizeof address), 0);
+    return file;
+}
+
+struct parting {
+    bool is_known; /* it has been greeted, and follows a stream */
+    bool is_half;  /* it closes both ways and keeps the socket */
+    unsigned many; /* it asks for what it does not read */
+};
+
+static void says_stop_and_hangs_up(const struct parting *self,
+                                   bool server_first)
+{
+    struct client who = { .file = knock() };
+    for (unsigned n = 0; self->is_known && n < 10; n++)
+        turn();
+    if (self->is_known)
+        say_line(&who, "{\"command\":\"stream\",\"rate\":100}\n");
+    for (unsigned n = 0; self->is_known && n < 100; n++)
+        turn();
+    for (unsigned n = 0; n < self->many; n++)
+        say_line(&who, "{\"command\":\"status\"}\n");
+    say_line(&who, "{\"command\":\"stop\"}\n");
+    if (self->is_half)
+        assert_int_equal(shutdown(who.file, SHUT_RDWR), 0);
+    else
+        close(who.file);
+    if (server_first)
+        service_control_step(&bench.control, 0);
+    for (unsigned n = 0; n < 40; n++)
+        tick();
+    if (self->is_half)
+        close(who.file);
+}
+
+/* Also where what it is told fails before what it has said was read. */
+static void a_stop_of_one_that_has_hung_up_is_obeyed(void **test)
+{
+    static const struct parting row[] = {
+        { false, false, 0 },   { true, false, 0 },   { false, true, 0 },
+        { true, true, 0 },     { false, false, 1 },  { true, false, 1 },
+        { false, false, 200 }, { true, false, 200 }, { true, true, 200 },
+    };
+    (void)test;
+    up(rig_text[0], 1);
+    for (size_t i = 0; i < 2 * ARRAY_LEN(row); i++) {
+        jogging();
+        const unsigned stops = bench.machine.controller.stops;
+        says_stop_and_hangs_up(&row[i / 2], i % 2 == 0);
+        if (bench.machine.controller.stops == stops)
+            fail_msg("row %zu: no stop", i);
+        until(CONTROLLER_READY);
+    }
+}
+
 /* --- turns --- */
 
 /* A gamepad with four sticks at 60 Hz, a slider; and far more than a tick takes, of
@@ -731,6 +794,7 @@ int main(void)
         STOP_TEST(a_stop_takes_back_what_came_before_it),
         STOP_TEST(torque_off_is_not_taken_back),
         STOP_TEST(a_stop_is_known_however_it_is_written),
+        STOP_TEST(a_stop_of_one_that_has_hung_up_is_obeyed),
         STOP_TEST(of_more_than_a_tick_takes_the_last_counts),
         STOP_TEST(what_is_beyond_the_queue_is_refused_at_once),
         STOP_TEST(lines_that_come_in_pieces_are_whole),
