@@ -5,6 +5,8 @@
 #ifndef FIRMWARE_LINUX_BASE_ERROR_H
 #define FIRMWARE_LINUX_BASE_ERROR_H
 
+#include <stdbool.h>
+
 #include "firmware/host/base/messages.h"
 #include "firmware/host/base/status.h"
 
@@ -12,6 +14,13 @@
 
 /* One sentence, without line end. */
 void error_say(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* Text on stderr, as it is, and not kept. */
+void error_put(const char *text);
+
+/* From now on nothing of this waits for whoever reads it: what does not find room is
+ * left out.  For whoever ticks, serves a tick or guards one, until that is over. */
+void error_hasten(bool is_hasty);
 
 /* "path: what": what is wrong with a file.  STATUS_INPUT. */
 enum status error_file(const char *path, const char *what);

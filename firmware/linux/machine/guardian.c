@@ -24,6 +24,7 @@
 #define GUARDIAN_GONE_MS  2000 /* a process that was killed is gone by then */
 #define GUARDIAN_PRIORITY 41   /* above the loop's: it may be what hangs */
 #define GUARDIAN_OPEN_NS  INT64_C(3000000000)
+#define GUARDIAN_TEXT_MAX 160
 
 /* What both processes have. */
 struct guardian_self {
@@ -92,9 +93,13 @@ static void guardian_take_off(const struct guardian_self *self, const char *why)
 {
     const struct rig *rig = self->rig;
     struct off_axis *axis = memory_new(rig->axis_count, sizeof *axis);
-    fprintf(stderr, "\nslew, process %ld: %s; taking torque off\n",
-            (long)self->pid, why);
+    char text[GUARDIAN_TEXT_MAX];
+    snprintf(text, sizeof text, "\nslew, process %ld: %s; taking torque off\n",
+             (long)self->pid, why);
+    error_hasten(true); /* a terminal that is stopped, a pager */
+    error_put(text);
     (void)off_all(rig, &guardian_off, axis, NULL);
+    error_hasten(false);
     for (unsigned i = 0; i < rig->axis_count; i++)
         fprintf(stderr, "%s: %s\n", rig->axis[i].name, axis[i].text);
     memory_free(axis);

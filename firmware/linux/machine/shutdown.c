@@ -266,11 +266,15 @@ void shutdown_say_waiting(struct shutdown *shutdown)
 {
     if (shutdown->said || !atomic_load(&shutdown->waits))
         return;
+    char text[160];
+    snprintf(text, sizeof text,
+             "it is tried until the drive confirms it; Ctrl-C once more leaves "
+             "that to the guardian, for %d s\n",
+             (int)(GUARDIAN_OFF_NS / SHUTDOWN_NS_PER_S));
     shutdown->said = true;
-    fprintf(stderr,
-            "\n%sit is tried until the drive confirms it; Ctrl-C once more "
-            "leaves that to the guardian, for %d s\n",
-            shutdown->waiting, (int)(GUARDIAN_OFF_NS / SHUTDOWN_NS_PER_S));
+    error_put("\n");
+    error_put(shutdown->waiting);
+    error_put(text);
 }
 
 bool shutdown_say_torque(const struct machine *machine)

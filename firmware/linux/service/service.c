@@ -199,6 +199,7 @@ static void service_feed(struct service *self)
 static void service_serve(struct service *self,
                           const volatile sig_atomic_t *interrupts)
 {
+    error_hasten(true);
     while (!self->loop.ended) {
         service_control_step(&self->control, SERVICE_STEP_MS);
         service_feed(self);
@@ -208,6 +209,7 @@ static void service_serve(struct service *self,
         shutdown_say_waiting(&self->loop.shutdown);
     }
     service_loop_join(&self->loop);
+    error_hasten(false);
 }
 
 /* The tick runs already: where this fails it has to end. */

@@ -136,6 +136,35 @@ guarded()
     is_off "$1"
 }
 
+# What slew and its guardian have to say is read until it moves, and then no more: a
+# pager, a terminal that Ctrl-S has stopped.
+guarded_unread()
+{
+    rm -f "$dir/said"
+    mkfifo "$dir/said"
+    exec 9<>"$dir/said"
+    cat <&9 >"$dir/err" &
+    reader=$!
+    "$SLEW" run --real --yes "$dir/rig.yaml" "$dir/move.yaml" >"$dir/out" 2>&9 \
+        </dev/null &
+    run=$!
+    comes "moving" "$dir/err"
+    sleep 0.5
+    kill "$reader"
+    timeout 1 dd if=/dev/zero of="$dir/said" bs=4096 2>"$dir/dd" || true
+    kill -KILL "$run"
+    ended 137
+    for _ in $(seq 50); do
+        [ "$(servo_on 2>&1)" != 3 ] || break
+        sleep 0.2
+    done
+    is_off "killed, and nobody reads"
+    cat <&9 >>"$dir/err" &
+    reader=$!
+    comes "lift: torque is off" "$dir/err"
+    kill "$reader"
+}
+
 jog() # jog until it moves
 {
     "$SLEW" jog --real --yes "$dir/rig.yaml" lift at 1rev/s for 60s \
@@ -205,6 +234,7 @@ guardian()
     way guarded STOP 137 "its loop hung"
     way guarded KILL 137 "it ended without"
     way guarded ABRT 134 "it ended without"
+    way guarded_unread
 }
 
 # Without anything that slew could have put right: torque is on, then off.

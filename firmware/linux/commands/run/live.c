@@ -86,7 +86,10 @@ enum status live_open(struct live *live, const struct options *options,
     enum status status = live_ports(live, options, &ports);
     live->is_paced = paced && !live->on_clock;
     clock_linux_init(&live->pace);
-    return status == STATUS_OK ? live_build(live, options, &ports) : status;
+    if (status == STATUS_OK)
+        status = live_build(live, options, &ports);
+    error_hasten(status == STATUS_OK && live->on_clock);
+    return status;
 }
 
 /* A lamp goes out with the torque, and not without it. */
@@ -99,6 +102,7 @@ static void live_leave_lamps(struct live *live)
 
 void live_close(struct live *live)
 {
+    error_hasten(false);
     if (!machine_is_off(&live->machine))
         live_leave_lamps(live);
     machine_modbus_close(&live->pty);
@@ -162,6 +166,7 @@ bool live_off(struct live *live, const volatile sig_atomic_t *interrupts)
         (void)shutdown_stops(&live->shutdown, live->now_ns, *interrupts);
         shutdown_say_waiting(&live->shutdown);
     } while (!shutdown_tick(&live->shutdown, live->now_ns));
+    error_hasten(false);
     return shutdown_say_torque(&live->machine);
 }
 
