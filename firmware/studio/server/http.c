@@ -552,6 +552,9 @@ int studio_http(struct lws *wsi, enum lws_callback_reasons reason, void *user,
     struct studio_request *request = user;
 
     switch (reason) {
+    case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION: /* a WebSocket, and not ours */
+        (void)lws_return_http_status(wsi, HTTP_STATUS_NOT_FOUND, NULL);
+        return -1;
     case LWS_CALLBACK_HTTP:
         return http_begin(server, wsi, request, in);
     case LWS_CALLBACK_HTTP_BODY:

@@ -147,6 +147,12 @@ test("without the token of the link there is nothing, on loopback too", async ()
       assert.equal((await ask("PUT", route, { headers, body: "x" })).status, 401, route);
     await assert.rejects(Socket.open(port, { headers }), /401/);
   }
+  // Nor is one let in that asks for another protocol, or for none.
+  for (const cookie of [...wrong, cookieOf(port)])
+    for (const protocol of ["http", "none", ""]) {
+      const headers = { Cookie: "none", ...cookie, "Sec-WebSocket-Protocol": protocol };
+      await assert.rejects(Socket.open(port, { headers }), protocol);
+    }
 });
 
 test("the link sets a cookie that no script sees, and leads to the page", async () => {
