@@ -80,6 +80,7 @@ static void command_status(const struct command_line *line)
     cJSON_AddStringToObject(object, "follow", control->follow_text);
     cJSON_AddBoolToObject(object, "held", control->holder != NULL);
     cJSON_AddBoolToObject(object, "holder", control->holder == line->client);
+    cJSON_AddNumberToObject(object, "stops", clients->mailbox->stops);
     if (control->move != NULL)
         cJSON_AddStringToObject(object, "move", control->move->facts.title);
     command_line_answer(line, object);

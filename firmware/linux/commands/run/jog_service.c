@@ -209,7 +209,8 @@ static bool jog_hand_step(struct jog_hand *hand)
     const struct timespec pause = { .tv_nsec = SERVED_LOOK_MS / 2 * 1000000L };
     struct jog_service *self = jog_service_of(hand);
     (void)nanosleep(&pause, NULL);
-    if (served_look(self->served) != STATUS_OK)
+    if (served_look(self->served) != STATUS_OK ||
+        served_goes_on(self->served) != STATUS_OK)
         return false;
     jog_see(self);
     return true;
@@ -225,6 +226,7 @@ static const char *jog_hand_move(struct jog_hand *hand, unsigned axis,
 
 static void jog_hand_stop(struct jog_hand *hand, bool hard)
 {
+    jog_service_of(hand)->served->own_stops += hard;
     (void)jog_try(hand, served_command(hard ? "stop" : "jog stop"));
 }
 

@@ -1,6 +1,7 @@
 /* firmware/linux/commands/run/served.c - see served.h. */
 #include "firmware/linux/commands/run/served.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -33,6 +34,7 @@ bool served_find(struct served *self, const struct options *options,
 {
     *self = (struct served){ .options = options,
                              .verb = verb,
+                             .own_stops = HUGE_VAL,
                              .link = { .file = -1 } };
     return options->path_count > 0 && (options->real || is_plain) &&
            served_names(self) &&
@@ -115,39 +117,29 @@ static bool served_is_cut(const struct served *self)
     return self->link.stopped && !self->leaves;
 }
 
-/* One command, one answer, which is the caller's.  NULL: refused, or gone, with
- * a line on stderr. */
-static cJSON *served_ask(struct served *self, cJSON *command)
+/* Whatever it was sent for: a stop is for all that moves, and nothing that this
+ * client has begun goes on after it. */
+enum status served_goes_on(const struct served *self)
 {
-    char name[32];
-    snprintf(name, sizeof name, "%s",
-             cJSON_GetStringValue(cJSON_GetObjectItem(command, "command")));
+    if (self->stopped || self->link.stopped || self->leaves ||
+        !(self->stops > self->own_stops))
+        return STATUS_OK;
+    error_say("slew %s: another client of the service has stopped it",
+              self->verb);
+    return STATUS_REFUSED;
+}
+
+/* One command, one answer, which is the caller's.  NULL: the service is gone,
+ * with a line on stderr. */
+static cJSON *served_ask(struct served *self, cJSON *command, const char *name)
+{
     self->link.interrupts = self->interrupts;
     cJSON *answer = service_link_ask(&self->link, command, SERVED_ANSWER_MS,
                                      served_event, self);
-    if (answer == NULL) {
+    if (answer == NULL)
         error_say("slew %s: the service does not answer to \"%s\"", self->verb,
                   name);
-        return NULL;
-    }
-    if (cJSON_IsTrue(cJSON_GetObjectItem(answer, "ok")))
-        return answer;
-    const char *text =
-        cJSON_GetStringValue(cJSON_GetObjectItem(answer, "text"));
-    if (!served_is_cut(self))
-        error_say("slew %s: the service refuses \"%s\": %s", self->verb, name,
-                  text != NULL ? text : "no reason given");
-    cJSON_Delete(answer);
-    return NULL;
-}
-
-enum status served_do(struct served *self, cJSON *command)
-{
-    cJSON *answer = served_ask(self, command);
-    cJSON_Delete(answer);
-    return answer != NULL        ? STATUS_OK
-           : served_is_cut(self) ? STATUS_INTERRUPTED
-                                 : STATUS_REFUSED;
+    return answer;
 }
 
 static void served_copy(char *to, size_t size, const cJSON *object,
@@ -175,11 +167,12 @@ static void served_look_follow(struct served *self)
 
 enum status served_look(struct served *self)
 {
-    cJSON *answer = served_ask(self, served_command("status"));
+    cJSON *answer = served_ask(self, served_command("status"), "status");
     if (answer == NULL)
         return STATUS_REFUSED;
     cJSON_Delete(self->status);
     self->status = answer;
+    self->stops = cJSON_GetNumberValue(cJSON_GetObjectItem(answer, "stops"));
     served_copy(self->state, sizeof self->state, answer, "state");
     served_copy(self->fault, sizeof self->fault, answer, "fault");
     self->homing = served_has(self, "homing");
@@ -188,6 +181,35 @@ enum status served_look(struct served *self)
     self->enabling = served_has(self, "enabling");
     served_look_follow(self);
     return STATUS_OK;
+}
+
+/* Where another client has stopped what this one does, that is why. */
+static enum status served_refused(struct served *self, const char *name,
+                                  const cJSON *answer)
+{
+    const char *text =
+        cJSON_GetStringValue(cJSON_GetObjectItem(answer, "text"));
+    if (served_is_cut(self))
+        return STATUS_INTERRUPTED;
+    if (served_look(self) == STATUS_OK && served_goes_on(self) == STATUS_OK)
+        error_say("slew %s: the service refuses \"%s\": %s", self->verb, name,
+                  text != NULL ? text : "no reason given");
+    return STATUS_REFUSED;
+}
+
+enum status served_do(struct served *self, cJSON *command)
+{
+    enum status status = STATUS_OK;
+    char name[32];
+    snprintf(name, sizeof name, "%s",
+             cJSON_GetStringValue(cJSON_GetObjectItem(command, "command")));
+    cJSON *answer = served_ask(self, command, name);
+    if (answer == NULL)
+        status = served_is_cut(self) ? STATUS_INTERRUPTED : STATUS_REFUSED;
+    else if (!cJSON_IsTrue(cJSON_GetObjectItem(answer, "ok")))
+        status = served_refused(self, name, answer);
+    cJSON_Delete(answer);
+    return status;
 }
 
 bool served_is_homed(const struct served *self)
@@ -223,7 +245,7 @@ static enum status served_now(struct served *self)
         error_say("slew %s: %s", self->verb, self->fault);
         status = STATUS_REFUSED;
     }
-    return status;
+    return status == STATUS_OK ? served_goes_on(self) : status;
 }
 
 enum status served_step(struct served *self)
@@ -247,8 +269,15 @@ enum status served_wait(struct served *self, const char *state)
 enum status served_then(struct served *self, cJSON *command, const char *state,
                         const char *what)
 {
+    enum status status = served_look(self);
+    if (status == STATUS_OK)
+        status = served_goes_on(self);
+    if (status != STATUS_OK) {
+        cJSON_Delete(command);
+        return status;
+    }
     served_say(self, what);
-    const enum status status = served_do(self, command);
+    status = served_do(self, command);
     return status == STATUS_OK ? served_wait(self, state) : status;
 }
 
@@ -261,6 +290,8 @@ enum status served_take(struct served *self, double lease_s)
     enum status status = served_do(self, command);
     if (status == STATUS_OK)
         status = served_look(self);
+    if (status == STATUS_OK)
+        self->own_stops = self->stops;
     if (status != STATUS_OK || strcmp(self->state, "off") == 0 ||
         strcmp(self->state, "ready") == 0)
         return status;

@@ -29,9 +29,11 @@ struct served {
     char fault[SERVED_FAULT_MAX];
     char follow[SERVED_FAULT_MAX]; /* what was said last of a clock */
     bool enabling, homing, starting, torque_off;
-    bool stopped; /* the operator has asked for it */
-    bool leaves;  /* torque is being taken off */
-    bool draws;   /* a line in place, which nothing else may break */
+    double stops;     /* that clients have asked for, by the last look */
+    double own_stops; /* those before control was taken, and ours */
+    bool stopped;     /* the operator has asked for it */
+    bool leaves;      /* torque is being taken off */
+    bool draws;       /* a line in place, which nothing else may break */
 };
 
 /* Is there a service that this command is for?  `is_plain`: it does nothing that
@@ -54,10 +56,13 @@ cJSON *served_command(const char *name);
 enum status served_do(struct served *self, cJSON *command);
 /* The state as it is now; renews the lease. */
 enum status served_look(struct served *self);
+/* STATUS_REFUSED with a line on stderr where another client has stopped, by the
+ * last look, what this one does. */
+enum status served_goes_on(const struct served *self);
 /* All axes are homed, by the last look. */
 bool served_is_homed(const struct served *self);
 /* A pause, then a look; the first Ctrl-C is sent as a stop.  STATUS_REFUSED with
- * a line on stderr at a fault. */
+ * a line on stderr at a fault, and after a stop of another client. */
 enum status served_step(struct served *self);
 /* Until the controller is in that state and homes no more. */
 enum status served_wait(struct served *self, const char *state);
