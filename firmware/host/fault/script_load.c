@@ -117,6 +117,15 @@ static const char *fault_buses(const struct fault_reader *self)
     return rtu ? "Modbus RTU line" : "Modbus TCP connection";
 }
 
+static bool fault_has_board(const struct rig *rig, unsigned bus)
+{
+    bool has = false;
+
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        has |= rig->axis[i].bus == bus && rig_kinds[rig->axis[i].kind]->samples;
+    return has;
+}
+
 static int fault_read_bus(void *reader, const struct yaml_value *value,
                           void *out)
 {
@@ -130,6 +139,9 @@ static int fault_read_bus(void *reader, const struct yaml_value *value,
     if (fault_take(self, value, FAULT_OF_BUS, name, rig->bus_count) < 0)
         return -1;
     const struct rig_bus *bus = &rig->bus[self->entry->index];
+    if (fault_is(self, FAULT_NOISE) && fault_has_board(rig, self->entry->index))
+        return yaml_value_refuse(value, "has a board, whose frames cannot be "
+                                        "spoiled");
     return fault_is_of(self, bus)
                ? 0
                : yaml_value_refuse(value, "is no %s", fault_buses(self));

@@ -137,6 +137,10 @@ void machine_fault_modbus_line(struct machine_fault *self,
     struct sim_modbus_line *line = machine_sim_modbus_wire(self->sim, bus);
 
     switch (entry->kind) {
+    case FAULT_CUT_CABLE: /* boards are on it, too */
+        line->cut = begins;
+        machine_fault_drives(self, entry, begins);
+        break;
     case FAULT_ECHO:
         line->echo = begins;
         break;

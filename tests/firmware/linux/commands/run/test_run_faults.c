@@ -204,6 +204,35 @@ static void modbus_lines_and_connections_fail(void **state)
     run_put("move.yaml", move);
 }
 
+static void what_happens_to_the_line_of_a_board_is_seen(void **state)
+{
+    (void)state;
+    run_put("move.yaml", modbus_move);
+    run_put("rig.yaml",
+            "tick: 10 ms\n"
+            "buses:\n"
+            "  net: {kind: modbus-rtu, device: /dev/ttyS9, baud: 115200}\n"
+            "axes:\n"
+            "  a:\n"
+            "    unit: mm\n"
+            "    limits: {position: [0, 500], velocity: 200, acceleration: "
+            "400}\n"
+            "    following_error: {floor: 20 mm, time: 300 ms}\n"
+            "    drive: {kind: slew-mcu, bus: net, node: 1, axis: 0}\n"
+            "    sim: {start: 10 mm}\n");
+    assert_int_equal(
+        run_faults("{fault: cut_cable, bus: net, at: 9 s}", "t.csv"), 0);
+    assert_int_equal(
+        run_faults("{fault: cut_cable, bus: net, at: 1 s}", "t.csv"), 1);
+    assert_non_null(strstr(run_slew()->out, "the board does not answer"));
+    assert_int_equal(
+        run_faults("{fault: noise, bus: net, rate: 50 %, at: 1 s}", "t.csv"),
+        2);
+    assert_non_null(strstr(run_slew()->err, "bus has a board"));
+    run_put("rig.yaml", rig);
+    run_put("move.yaml", move);
+}
+
 /* What a node of two axes says goes through one port, whichever axis is named;
  * what it hears, each axis hears by itself. */
 static void a_node_of_two_axes_is_one_drive(void **state)
@@ -285,6 +314,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_fault_happens_and_is_told),
         cmocka_unit_test(modbus_lines_and_connections_fail),
+        cmocka_unit_test(what_happens_to_the_line_of_a_board_is_seen),
         cmocka_unit_test(a_node_of_two_axes_is_one_drive),
         cmocka_unit_test(the_same_script_gives_the_same_bytes),
         cmocka_unit_test(a_fault_begins_when_it_is_said_to),
