@@ -47,6 +47,25 @@ static void report_take_axis(struct report *report, unsigned i,
     axis->arrived = row->rate.s_ns_q12 >= report->job->track[i].end_ns_q12;
 }
 
+/* An axis whose torque was taken runs out after its set point stands: it moves
+ * where it would be over its floor within 100 ms. */
+static void report_take_still(struct report_axis *axis,
+                              const struct rig_axis *rig,
+                              const struct telemetry_axis *at, int64_t t_ns)
+{
+    const uint64_t floor_q32 = (uint64_t)rig->following_floor_q32;
+    const uint64_t pos_q32 = (uint64_t)at->actual_q32;
+    const uint64_t still_q32 = (uint64_t)axis->still_q32;
+    const uint64_t off_q32 = at->actual_q32 > axis->still_q32
+                                 ? pos_q32 - still_q32
+                                 : still_q32 - pos_q32;
+    axis->moves = motion_fixed_abs(at->actual_vel_q32) / 10 > floor_q32;
+    if (axis->still_ns != 0 && off_q32 <= floor_q32)
+        return;
+    axis->still_q32 = at->actual_q32;
+    axis->still_ns = t_ns;
+}
+
 static void report_take_fault(struct report *report,
                               const struct telemetry_row *row)
 {
@@ -82,6 +101,9 @@ void report_take(struct report *report, const struct telemetry_row *row)
     report_take_fault(report, row);
     for (unsigned i = 0; i < report->job->move.axis_count; i++) {
         const struct telemetry_axis *at = &row->axis[report->job->rig_axis[i]];
+        report_take_still(&report->axis[i],
+                          &report->job->rig.axis[report->job->rig_axis[i]], at,
+                          row->t_ns);
         report->axis[i].events = at->events;
         report_warning_take(&report->axis[i].warnings, &at->warning, row->t_ns);
     }
@@ -102,6 +124,19 @@ void report_take(struct report *report, const struct telemetry_row *row)
     }
     for (unsigned i = 0; i < report->job->move.axis_count; i++)
         report_take_axis(report, i, row);
+}
+
+int64_t report_stopped_ns(const struct report *report)
+{
+    int64_t stopped_ns = report->fault_stop_ns;
+    for (unsigned i = 0; i < report->job->move.axis_count; i++) {
+        const struct report_axis *axis = &report->axis[i];
+        if (stopped_ns == 0 || axis->moves || report->torque_left)
+            return 0;
+        if (axis->still_ns > stopped_ns)
+            stopped_ns = axis->still_ns;
+    }
+    return stopped_ns;
 }
 
 /* Where the axis should be at the end: its last key, or where the path was

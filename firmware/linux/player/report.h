@@ -26,8 +26,11 @@ struct report_axis {
     int64_t peak[4]; /* |v|, |a|, |j| at 1..3, in their formats */
     int64_t following_q32;
     int64_t end_q32; /* actual position at the end */
-    int64_t dur_ns;  /* from the start until the axis was at its end */
+    int64_t still_q32;
+    int64_t still_ns; /* since then it is near there, by its following floor */
+    int64_t dur_ns;   /* from the start until the axis was at its end */
     bool arrived;
+    bool moves; /* by the last row */
     struct hal_drive_events events;
     struct report_warnings warnings;
 };
@@ -59,8 +62,8 @@ struct report {
     struct report_bus *bus;    /* of each bus */
     struct controller_fault_record fault;
     int64_t fault_ns,
-        fault_stop_ns; /* of the run: when it was seen, and all had
-                                        stopped after it; 0: not yet */
+        fault_stop_ns; /* of the run: when it was seen, and all set
+                                        points stood after it; 0: not yet */
     bool monitored;    /* the fault is a limit that the rig has for its drive */
     char fault_text[192]; /* the drive's own words, or homing's */
     bool torque_left;     /* a drive did not say at the end that it is off: */
@@ -88,6 +91,10 @@ void report_take(struct report *report, const struct telemetry_row *row);
 /* Where axis i of the move should be at the end, less where it is: the sign of a
  * following error. */
 int64_t report_end_error(const struct report *report, unsigned i);
+/* When all axes stood after the fault, by what their drives say, to within the
+ * floor of their following error; 0: not by the end of the run, or it is not
+ * known, as a drive is lost. */
+int64_t report_stopped_ns(const struct report *report);
 /* "done", "stopped by a fault" ... */
 const char *report_end_text(enum report_end end);
 /* "pan: the axis does not follow ...: REASON"; "" when there is none. */

@@ -149,13 +149,13 @@ void report_fault_text(const struct report *report, char text[REPORT_FAULT_MAX])
 /* "seen after 1.865 s of the run, all stopped after 2.079 s" */
 static void report_fault_times(const struct report *report, FILE *file)
 {
+    const int64_t stopped_ns = report_stopped_ns(report);
     if (report->fault_ns == 0)
         return;
     fprintf(file, "seen after %.3f s of the run",
             (double)report->fault_ns / 1e9);
-    if (report->fault_stop_ns > 0)
-        fprintf(file, ", all stopped after %.3f s",
-                (double)report->fault_stop_ns / 1e9);
+    if (stopped_ns > 0)
+        fprintf(file, ", all stopped after %.3f s", (double)stopped_ns / 1e9);
     fputc('\n', file);
 }
 
@@ -370,9 +370,9 @@ static void report_json_fault(const struct report *report, cJSON *object)
     }
     if (report->fault_ns > 0)
         cJSON_AddNumberToObject(fault, "t_s", (double)report->fault_ns / 1e9);
-    if (report->fault_stop_ns > 0)
+    if (report_stopped_ns(report) > 0)
         cJSON_AddNumberToObject(fault, "stopped_t_s",
-                                (double)report->fault_stop_ns / 1e9);
+                                (double)report_stopped_ns(report) / 1e9);
 }
 
 static void report_json_torque(const struct report *report, cJSON *object)
