@@ -429,23 +429,23 @@ void budget_json(const struct rig *rig, const struct job *job, cJSON *report)
     }
 }
 
-bool budget_check(struct job *job)
+bool budget_check(const struct rig *rig, const char *rig_path,
+                  struct messages *messages)
 {
-    bool fits = modbus_budget_check(&job->rig, job->rig_path, &job->messages);
-    for (unsigned i = 0; i < job->rig.bus_count; i++) {
+    bool fits = modbus_budget_check(rig, rig_path, messages);
+    for (unsigned i = 0; i < rig->bus_count; i++) {
         struct budget budget;
         char advice[BUDGET_ADVICE_MAX];
-        budget_of(&job->rig, i, NULL, &budget);
+        budget_of(rig, i, NULL, &budget);
         if (!budget_fits(&budget)) {
             fits = false;
             budget_advice(&budget, advice);
             messages_add(
-                &job->messages, MESSAGE_ERROR,
+                messages, MESSAGE_ERROR,
                 "%s:%u:%u: bus %s would need %.1f %% of its time, expected at "
                 "most 100 %%: %s would fit",
-                job->rig_path, job->rig.bus[i].place.line,
-                job->rig.bus[i].place.column, job->rig.bus[i].name,
-                100 * budget.most, advice);
+                rig_path, rig->bus[i].place.line, rig->bus[i].place.column,
+                rig->bus[i].name, 100 * budget.most, advice);
         }
         budget_free(&budget);
     }

@@ -57,7 +57,9 @@ struct cJSON;
 void budget_json(const struct rig *rig, const struct job *job,
                  struct cJSON *report);
 
-/* All buses; false with a message of the job for each that does not fit. */
-bool budget_check(struct job *job);
+/* All buses; false with a message, which names the rig's file, for each that does not
+ * fit. */
+bool budget_check(const struct rig *rig, const char *rig_path,
+                  struct messages *messages);
 
 #endif

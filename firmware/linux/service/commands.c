@@ -6,6 +6,7 @@
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/number.h"
+#include "firmware/host/job/budget.h"
 #include "firmware/linux/service/command_line.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -161,9 +162,18 @@ static void command_simple(const struct command_line *line,
     command_line_send(line, &entry);
 }
 
+/* On a bus that cannot carry the rig drives would be lost once they have torque. */
 static void command_enable(const struct command_line *line)
 {
-    command_simple(line, MAILBOX_ENABLE);
+    struct messages messages = { .text = NULL };
+    enum message_kind kind;
+    size_t at = 0;
+    if (budget_check(line->control->rig, line->control->rig_path, &messages))
+        command_simple(line, MAILBOX_ENABLE);
+    else
+        command_line_refuse(line, "LIMIT",
+                            messages_next(&messages, &at, &kind));
+    messages_free(&messages);
 }
 
 static void command_off(const struct command_line *line)

@@ -160,7 +160,7 @@ static void move_judge(struct service_move_facts *facts, struct job *job)
         move_say(facts, "the move breaks limits of the rig");
     } else if (!job_shots_check(job, MOTION_CLOCK_WARP_ONE_Q30,
                                 &job->messages) ||
-               !budget_check(job)) {
+               !budget_check(&job->rig, job->rig_path, &job->messages)) {
         move_refuse(facts, job, STATUS_REFUSED);
     }
     move_say_violations(facts, job);

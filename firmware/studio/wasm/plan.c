@@ -62,7 +62,8 @@ studio_plan_new(const struct store *store, const char *rig, const char *move,
     plan_keep_rig(plan);
     if (plan->status == STATUS_OK) {
         job_check(&plan->job, MOTION_CLOCK_WARP_ONE_Q30);
-        (void)budget_check(&plan->job);
+        (void)budget_check(&plan->job.rig, plan->job.rig_path,
+                           &plan->job.messages);
     }
     return plan;
 }

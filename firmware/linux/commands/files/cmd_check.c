@@ -86,7 +86,7 @@ static enum status cmd_check_job(struct job *job, const struct options *options)
         return status;
     const int64_t rate_q30 = options->override_q30;
     job_check(job, rate_q30);
-    const bool carried = budget_check(job);
+    const bool carried = budget_check(&job->rig, job->rig_path, &job->messages);
     const bool shot = job_shots_check(job, rate_q30, &job->messages);
     error_tell(&job->messages);
     const bool fits = shot && carried;

@@ -349,6 +349,9 @@ static enum status cmd_home_rig(struct cmd_home *self)
     machine_view_init(&self->view, self->live.rig, &self->memory);
     if (!options->json)
         cmd_home_intent(self);
+    status = live_fits(&self->live, options);
+    if (status != STATUS_OK)
+        return status;
     const bool is_plain =
         !options->dry_run && !options->pty && options->interface == NULL;
     if (served_find(&self->served, options, "home", is_plain)) {

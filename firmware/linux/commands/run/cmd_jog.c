@@ -251,6 +251,9 @@ static enum status cmd_jog_rig(struct cmd_jog *self)
         return status;
     if (!options->json)
         jog_wanted_intent(&self->want);
+    status = live_fits(&self->live, options);
+    if (status != STATUS_OK)
+        return status;
     jog_keys_init(&self->keys, self->live.rig);
     return served_find(&self->served, options, "jog", cmd_jog_is_plain(options))
                ? cmd_jog_served(self)

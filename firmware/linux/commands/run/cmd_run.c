@@ -70,7 +70,7 @@ static enum status cmd_run_check(struct cmd_run *self)
     }
     const bool fits =
         job_shots_check(&self->job, self->when.rate_q30, &self->job.messages) &&
-        budget_check(&self->job);
+        budget_check(&self->job.rig, self->job.rig_path, &self->job.messages);
     error_tell(&self->job.messages);
     return fits ? STATUS_OK : STATUS_REFUSED;
 }

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/job/job.h"
+#include "firmware/host/job/budget.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/interrupt.h"
 #include "firmware/linux/base/json_print.h"
@@ -36,6 +36,18 @@ enum status live_read(struct live *live, const struct options *options)
     live->rig = &live->own;
     enum status status = planning_rig(options->path[0], &live->own);
     return status == STATUS_OK ? live_use(live, options, &live->own) : status;
+}
+
+enum status live_fits(const struct live *live, const struct options *options)
+{
+    struct messages messages = { .text = NULL };
+    char path[PLANNING_PATH_MAX];
+    const enum status status = planning_rig_path(options->path[0], path);
+    if (status != STATUS_OK)
+        return status;
+    const bool fits = budget_check(live->rig, path, &messages);
+    error_tell(&messages);
+    return fits ? STATUS_OK : STATUS_REFUSED;
 }
 
 enum status live_ports(struct live *live, const struct options *options,

@@ -50,6 +50,10 @@ enum status live_read(struct live *live, const struct options *options);
 enum status live_use(struct live *live, const struct options *options,
                      struct rig *rig);
 
+/* Before anything is opened that would have torque: STATUS_REFUSED, with a line on
+ * stderr for each, where a bus cannot carry the rig. */
+enum status live_fits(const struct live *live, const struct options *options);
+
 /* Open the ports that the options ask for (real, pty, realtime).  Statuses as
  * above; live_close in either case. */
 enum status live_ports(struct live *live, const struct options *options,

@@ -220,6 +220,30 @@ static void wake_ups_are_counted_by_how_late_they_were(void **state)
     close(file);
 }
 
+/* Homing and jogs begin with torque, so this is where they are refused, too. */
+static void a_bus_that_cannot_carry_the_rig_gets_no_torque(void **state)
+{
+    const int file = service_bench_connect(&bench);
+    (void)state;
+    bench.rig.bus[0].bit_rate = 10000;
+    send_line(file, "{\"command\":\"take\"}");
+    cJSON_Delete(next_with(file, "ok"));
+    send_line(file, "{\"command\":\"enable\"}");
+    cJSON *answer = next_with(file, "ok");
+    compare(answer, "{\"ok\":false,\"error\":\"LIMIT\"}");
+    const char *text =
+        cJSON_GetStringValue(cJSON_GetObjectItem(answer, "text"));
+    assert_non_null(strstr(text, "rig.yaml:2:9: bus can would need "));
+    assert_non_null(strstr(text, " kbit/s would fit"));
+    for (int i = 0; i < 100; i++) {
+        service_bench_tick(&bench);
+        assert_int_equal(bench.machine.controller.state, CONTROLLER_OFF);
+        assert_false(bench.machine.controller.enabling);
+    }
+    cJSON_Delete(answer);
+    close(file);
+}
+
 #define API_TEST(claim) cmocka_unit_test_setup_teardown(claim, up, down)
 
 int main(void)
@@ -227,6 +251,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         API_TEST(the_session_of_the_document_is_as_it_stands_there),
         API_TEST(who_never_reads_is_told_what_was_left_out),
+        API_TEST(a_bus_that_cannot_carry_the_rig_gets_no_torque),
         API_TEST(wake_ups_are_counted_by_how_late_they_were),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

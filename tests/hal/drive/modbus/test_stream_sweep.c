@@ -164,7 +164,8 @@ static struct sweep_result sweep_one(const struct sweep_rig *rig)
     sweep_write(rig);
     if (job_setup(SWEEP_DIR) == 0) {
         job_check(&job, INT64_C(1) << 30);
-        result.accepted = job.violation_count == 0 && budget_check(&job);
+        result.accepted = job.violation_count == 0 &&
+                          budget_check(&job.rig, job.rig_path, &job.messages);
         messages_free(&job.messages);
         if (result.accepted)
             sweep_run(rig, &result);
