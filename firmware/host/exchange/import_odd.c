@@ -9,8 +9,11 @@
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/exchange/import.h"
+#include "motion/core/fixed.h"
 
-#define ODD_LEAST    6  /* rows */
+#define ODD_LEAST    6  /* rows, for a cubic */
+#define ODD_FEW      16 /* rows: with fewer one disturbs half of them */
+#define ODD_CALM     2  /* of few: steps that the limits explain, at least */
 #define ODD_MOST     64 /* odd rows that are looked for */
 #define ODD_LIMITS   4  /* times what the limits explain */
 #define ODD_OTHERS   12 /* times what half of the rows exceed */
@@ -270,6 +273,58 @@ static void odd_judge(const struct odd *self, uint32_t at,
         odd->kind = IMPORT_ODD_EXPONENT;
 }
 
+/* ---- of few rows ---- */
+
+static bool odd_is_fast(const struct odd *self, uint32_t from, uint32_t to,
+                        double step)
+{
+    const double vel = number_double(self->on->limit.vel_q32, 32);
+
+    return fabs(step) > ODD_LIMITS * vel * (self->t_s[to] - self->t_s[from]);
+}
+
+/* Why the step to a row is too fast: it is most of a turn, and the rest is not; or the
+ * one that follows goes back. */
+static enum import_odd_kind odd_few_kind(const struct odd *self, uint32_t at)
+{
+    const double turn = number_double(import_turn_q32(self->on->unit), 32);
+    const double step = odd_step(self, at), next = odd_step(self, at + 1);
+    const double rest = fabs(fabs(step) - turn);
+
+    if (odd_is_turn(self, at) && rest > 0 &&
+        !odd_is_fast(self, at - 1, at, rest))
+        return IMPORT_ODD_TURN;
+    return step * next < 0 && odd_is_fast(self, at, at + 1, next) &&
+                   !odd_is_fast(self, at - 1, at + 1, step + next)
+               ? IMPORT_ODD_OFF
+               : IMPORT_ODD_NONE;
+}
+
+/* Judged by the velocity limit alone: rows are odd where they explain every step that
+ * is far too fast, and there are others. */
+static void odd_few(const struct odd *self, struct import_odd *odd)
+{
+    struct import_odd first = { .kind = IMPORT_ODD_NONE };
+    uint32_t found = 0, calm = 0;
+
+    for (uint32_t at = 1; at < self->count; at++) {
+        if (!odd_is_fast(self, at - 1, at, odd_step(self, at))) {
+            calm++;
+            continue;
+        }
+        const enum import_odd_kind kind = odd_few_kind(self, at);
+        if (kind == IMPORT_ODD_NONE)
+            return;
+        if (found++ == 0)
+            first = (struct import_odd){ .kind = kind, .row = at };
+        at += kind == IMPORT_ODD_OFF;
+    }
+    if (found == 0 || calm < ODD_CALM)
+        return;
+    *odd = first;
+    odd->more = found - 1;
+}
+
 /* ---- all rows ---- */
 
 static void odd_open(struct odd *self)
@@ -283,30 +338,38 @@ static void odd_open(struct odd *self)
         self->t_s[i] = number_double(key->t_ns_q12, 12) / 1e9;
         self->p[i] = number_double(key->pos_q32, 32);
     }
+}
+
+/* Judged by a cubic through the rows around. */
+static void odd_many(struct odd *self, struct import_odd *odd)
+{
+    struct import_odd next = { .kind = IMPORT_ODD_NONE };
+    uint32_t found = 0, worst;
+
     for (uint32_t i = 0; i < self->count; i++)
         self->off[i] = odd_off(self, i, i);
     self->typical = odd_median(self->off, self->count);
+    while (found < ODD_MOST && (worst = odd_furthest(self)) < self->count) {
+        odd_judge(self, odd_culprit(self, worst), &next);
+        if (found++ == 0 || next.row < odd->row)
+            *odd = next;
+        for (uint32_t i = odd_low(worst); i <= odd_high(self, worst); i++)
+            self->off[i] = -1;
+    }
+    odd->more = found > 0 ? found - 1 : 0;
 }
 
 void import_odd(const struct rig_axis *on, const struct plan_axis *axis,
                 struct import_odd *odd)
 {
     struct odd self = { .on = on, .axis = axis };
-    struct import_odd next = { .kind = IMPORT_ODD_NONE };
-    uint32_t found = 0, worst;
 
-    *odd = next;
-    if (axis->key_count < ODD_LEAST)
-        return;
+    *odd = (struct import_odd){ .kind = IMPORT_ODD_NONE };
     odd_open(&self);
-    while (found < ODD_MOST && (worst = odd_furthest(&self)) < self.count) {
-        odd_judge(&self, odd_culprit(&self, worst), &next);
-        if (found++ == 0 || next.row < odd->row)
-            *odd = next;
-        for (uint32_t i = odd_low(worst); i <= odd_high(&self, worst); i++)
-            self.off[i] = -1;
-    }
-    odd->more = found > 0 ? found - 1 : 0;
+    if (self.count >= ODD_LEAST)
+        odd_many(&self, odd);
+    if (self.count < ODD_FEW && odd->kind == IMPORT_ODD_NONE)
+        odd_few(&self, odd);
     memory_free(self.t_s);
     memory_free(self.p);
     memory_free(self.off);
@@ -363,11 +426,15 @@ void import_odd_text(const struct import_odd *odd, const struct rig_axis *on,
     case IMPORT_ODD_STEP:
         used = snprintf(rest, room, "jumps from the row before, %s", before);
         break;
-    case IMPORT_ODD_EXPONENT:
+    case IMPORT_ODD_EXPONENT: /* of a mantissa below ten */
         used = snprintf(rest, room,
                         "is far from both neighbours, %s and %s, and 10^%d of "
-                        "it is not: an exponent cut off?",
-                        before, after, odd->exponent);
+                        "it is not: %s?",
+                        before, after, odd->exponent,
+                        llabs(axis->key[row].key.pos_q32) <
+                                10 * MOTION_FIXED_ONE_Q32
+                            ? "an exponent cut off"
+                            : "a decimal point left out");
         break;
     default:
         used = snprintf(rest, room, "is far from both neighbours, %s and %s",

@@ -3,7 +3,9 @@
  *
  * Every position is foretold by a cubic through two rows on either side.  A row is odd
  * where it is further from that than the axis's limits explain and than nearly all
- * others are. */
+ * others are.  Of fewer than 16 rows, of which one disturbs half, by the speed from
+ * row to row: where all that is far too fast is a turn, or one row that both neighbours
+ * are far from. */
 #ifndef FIRMWARE_HOST_EXCHANGE_IMPORT_ODD_H
 #define FIRMWARE_HOST_EXCHANGE_IMPORT_ODD_H
 

@@ -183,7 +183,11 @@ static void exponents_that_were_cut_off_are_named(void **state)
     static const struct {
         double at;
         int exponent;
-    } rows[] = { { 6.8579282407, -5 }, { -3.25, -5 }, { 9.99, -6 } };
+        const char *reason;
+    } rows[] = { { 6.8579282407, -5, "an exponent cut off?" },
+                 { -3.25, -5, "an exponent cut off?" },
+                 { 9.99, -6, "an exponent cut off?" },
+                 { 685793, -9, "a decimal point left out?" } };
     uint64_t seed = SEED;
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
@@ -198,7 +202,7 @@ static void exponents_that_were_cut_off_are_named(void **state)
         assert_int_equal(odd.kind, IMPORT_ODD_EXPONENT);
         import_odd_text(&odd, &pan, &axis, text);
         if (strstr(text, "row 3 (line 4), ") == NULL ||
-            strstr(text, "an exponent cut off?") == NULL)
+            strstr(text, rows[i].reason) == NULL)
             fail_msg("%s", text);
     }
 }
@@ -247,6 +251,84 @@ static void few_rows_and_rows_that_stand_are_not_odd(void **state)
     assert_int_equal(odd.kind, IMPORT_ODD_NONE);
 }
 
+/* As waypoints of a robot: few, and seconds apart. */
+static struct plan_axis few(const double pos[], uint32_t count, double s)
+{
+    for (uint32_t k = 0; k < count; k++) {
+        key[k] = (struct plan_key){
+            .key = { .t_ns_q12 = llround(k * s * (double)MOTION_FIXED_S_Q12) },
+            .place = { k + 2, 1 }
+        };
+        put(k, pos[k]);
+    }
+    return (struct plan_axis){ .key = key, .key_count = count, .name = "pan" };
+}
+
+static void of_few_rows_a_wrap_and_a_row_that_is_off_are_named(void **state)
+{
+    static const struct {
+        const char *name;
+        double pos[8], s;
+        uint32_t count;
+        enum import_odd_kind kind;
+        uint32_t row, more;
+    } rows[] = {
+        { "wrap", { 160, 170, -179, -170 }, 0.5, 4, IMPORT_ODD_TURN, 2, 0 },
+        { "down", { -160, -170, 179, 170 }, 0.5, 4, IMPORT_ODD_TURN, 2, 0 },
+        { "in frames",
+          { 178, 179, -180, -179 },
+          0.04,
+          4,
+          IMPORT_ODD_TURN,
+          2,
+          0 },
+        { "and back",
+          { 170, 178, -178, -179, 175, 170 },
+          0.5,
+          6,
+          IMPORT_ODD_TURN,
+          2,
+          1 },
+        { "off", { 0, 1, 160, 3, 4 }, 0.25, 5, IMPORT_ODD_OFF, 2, 0 },
+        { "off below",
+          { 10, 11, -80, 13, 14, 15 },
+          0.1,
+          6,
+          IMPORT_ODD_OFF,
+          2,
+          0 },
+        { "both",
+          { 0, 150, 1, 5, 350, 345, 340 },
+          0.5,
+          7,
+          IMPORT_ODD_OFF,
+          1,
+          1 },
+        /* too fast, and nothing else: more time cures it */
+        { "to and fro", { 0, 100, 0 }, 0.2, 3, IMPORT_ODD_NONE, 0, 0 },
+        { "one way",
+          { 0, 5, 10, 300, 305, 310 },
+          0.5,
+          6,
+          IMPORT_ODD_NONE,
+          0,
+          0 },
+        { "whole turns", { 0, 360, 720, 1080 }, 0.5, 4, IMPORT_ODD_NONE, 0, 0 },
+        { "a whole turn", { 0, 0, 360, 360 }, 0.5, 4, IMPORT_ODD_NONE, 0, 0 },
+        { "two rows", { 179, -179 }, 0.5, 2, IMPORT_ODD_NONE, 0, 0 },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        struct plan_axis axis = few(rows[i].pos, rows[i].count, rows[i].s);
+        struct import_odd odd;
+        import_odd(&pan, &axis, &odd);
+        if (odd.kind != rows[i].kind || odd.row != rows[i].row ||
+            odd.more != rows[i].more)
+            fail_msg("%s: kind %d in row %u and %u more", rows[i].name,
+                     odd.kind, odd.row, odd.more);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -255,6 +337,7 @@ int main(void)
         cmocka_unit_test(the_first_and_the_last_rows_are_found_too),
         cmocka_unit_test(exponents_that_were_cut_off_are_named),
         cmocka_unit_test(all_odd_rows_are_counted),
+        cmocka_unit_test(of_few_rows_a_wrap_and_a_row_that_is_off_are_named),
         cmocka_unit_test(few_rows_and_rows_that_stand_are_not_odd),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
