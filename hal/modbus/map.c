@@ -142,6 +142,24 @@ modbus_map_next(const struct modbus_map *map, enum modbus_map_poll poll,
     return next;
 }
 
+static bool modbus_map_touches(const struct modbus_map_item *item,
+                               const struct modbus_map_block *request)
+{
+    return item->read == request->read &&
+           item->at < (uint32_t)request->at + request->count &&
+           item->at + modbus_map_registers(item->type) > request->at;
+}
+
+bool modbus_map_splits(const struct modbus_map *map,
+                       const struct modbus_map_block *request)
+{
+    for (unsigned i = 0; i < map->apart_count; i++)
+        if (modbus_map_touches(&map->item[map->apart[i].item[0]], request) &&
+            modbus_map_touches(&map->item[map->apart[i].item[1]], request))
+            return true;
+    return false;
+}
+
 static bool modbus_map_joins(const struct modbus_map *map,
                              const struct modbus_map_block *block,
                              const struct modbus_map_item *item)
@@ -149,9 +167,14 @@ static bool modbus_map_joins(const struct modbus_map *map,
     const uint32_t block_end = (uint32_t)block->at + block->count;
     const uint32_t item_end = item->at + modbus_map_registers(item->type);
     const uint32_t unit = item->type == MODBUS_BIT ? WORD : 1;
+    const uint32_t end = item_end > block_end ? item_end : block_end;
+    const struct modbus_map_block both = { block->at,
+                                           (uint16_t)(end - block->at),
+                                           block->read };
 
     return item->at <= block_end + unit * BLOCK_GAP_MAX &&
-           item_end - block->at <= unit * map->registers_max;
+           item_end - block->at <= unit * map->registers_max &&
+           !modbus_map_splits(map, &both);
 }
 
 /* Those of one function, after the `count` that are there; how many then. */

@@ -20,6 +20,7 @@ MOTION_C_BEGIN
 #define MODBUS_MAP_FIELDS_MAX 16
 #define MODBUS_MAP_STEPS_MAX  12
 #define MODBUS_MAP_ALARMS_MAX 48
+#define MODBUS_MAP_APART_MAX  16
 #define MODBUS_MAP_NO_ITEM    255
 
 /* F32: IEEE 754 single, of which slew takes and writes whole numbers.  A BIT is
@@ -159,6 +160,12 @@ struct modbus_map_alarm {
     char text[MODBUS_MAP_TEXT_MAX - 16];
 };
 
+/* Two items that no request may read together: there is a hole between them, or
+ * they are of two tables of the drive. */
+struct modbus_map_apart {
+    uint8_t item[2];
+};
+
 struct modbus_map {
     char title[MODBUS_MAP_TITLE_MAX];
     bool is_unverified; /* not compared with the maker's words in whole */
@@ -173,6 +180,8 @@ struct modbus_map {
     int64_t resolution;     /* counts per revolution of the motor */
     struct modbus_map_item item[MODBUS_MAP_ITEMS_MAX];
     uint8_t item_count;
+    struct modbus_map_apart apart[MODBUS_MAP_APART_MAX];
+    uint8_t apart_count;
     uint8_t position, alarm; /* items; alarm may be MODBUS_MAP_NO_ITEM */
     struct modbus_map_condition identify; /* item may be _NO_ITEM */
     char identify_else[MODBUS_MAP_TEXT_MAX];
@@ -224,11 +233,17 @@ struct modbus_map_block {
     uint8_t read;
 };
 /* Blocks of all items of one poll class, by function and address: neighbours up
- * to four registers, or 64 bits, apart are read in one request.  How many; the
- * rest beyond the maximum is left out (the loader refuses such a map). */
+ * to four registers, or 64 bits, apart are read in one request, unless they, or
+ * what is read with them, must not be.  How many; the rest beyond the maximum is
+ * left out (the loader refuses such a map). */
 unsigned
 modbus_map_blocks(const struct modbus_map *map, enum modbus_map_poll poll,
                   struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX]);
+
+/* Does a request of this function read two items that must not be read
+ * together? */
+bool modbus_map_splits(const struct modbus_map *map,
+                       const struct modbus_map_block *request);
 
 /* How long one cycle of one drive keeps the line busy: when it is streamed the
  * group stream and what goes after it, and every fast block; turn-around

@@ -141,7 +141,8 @@ for name, text in MOVES.items():
     put("move", name, text)
 
 copy("map", "hal/maps/oriental-az.yaml", "hal/maps/lexium-32.yaml",
-     "tests/data/maps/coils.yaml", "tests/data/maps/floats.yaml")
+     "tests/data/maps/coils.yaml", "tests/data/maps/floats.yaml",
+     "tests/data/maps/holes.yaml")
 
 put("eds", "odd", """\
 \ufeff[DeviceInfo]

@@ -21,6 +21,8 @@ import yaml
 
 # Malformed in ways that need more than a schema: order, sums, other values.
 BEYOND = {
+    "map_apart_shared",
+    "map_apart_unknown",
     "map_bounds_reversed",
     "map_condition_float",
     "map_group_too_long",
@@ -30,6 +32,7 @@ BEYOND = {
     "map_scale_name",
     "map_scale_polled",
     "map_scale_unit",
+    "map_too_many_reads",
     "map_until_unknown",
     "map_unknown_item",
     "move_back_unused",

@@ -184,3 +184,51 @@ int map_read_items(void *reader, const struct yaml_value *value, void *out)
         return yaml_value_refuse(value, "has no position with poll: fast");
     return 0;
 }
+
+/* ---- items that are never read together ---- */
+
+static int map_read_pair(struct map_reader *self,
+                         const struct yaml_value *value)
+{
+    struct modbus_map *map = self->map;
+    struct modbus_map_apart *pair = &map->apart[map->apart_count];
+    uint32_t count, node = yaml_value_node(value)->first;
+
+    if (yaml_value_list(value, 2, 2, &count) < 0)
+        return -1;
+    for (unsigned i = 0; i < 2; i++, node = value->tree->node[node].next) {
+        const struct yaml_value name = yaml_value_at(value, node);
+
+        if (map_read_item(self, &name, &pair->item[i]) < 0)
+            return -1;
+    }
+    const struct modbus_map_item *one = &map->item[pair->item[0]];
+    const struct modbus_map_item *other = &map->item[pair->item[1]];
+    if (one->read == other->read &&
+        one->at < other->at + modbus_map_registers(other->type) &&
+        other->at < one->at + modbus_map_registers(one->type))
+        return yaml_value_refuse(value,
+                                 "has two items that share address 0x%04X",
+                                 one->at > other->at ? one->at : other->at);
+    map->apart_count++;
+    return 0;
+}
+
+int map_read_apart(void *reader, const struct yaml_value *value, void *out)
+{
+    const struct yaml_tree *tree = value->tree;
+    uint32_t count;
+
+    (void)out;
+    if (yaml_value_list(value, 1, MODBUS_MAP_APART_MAX, &count) < 0)
+        return -1;
+    for (uint32_t node = yaml_value_node(value)->first; node != 0;
+         node = tree->node[node].next) {
+        struct yaml_value pair = yaml_value_at(value, node);
+
+        pair.expected = "two different items, such as [position, state]";
+        if (map_read_pair(reader, &pair) < 0)
+            return -1;
+    }
+    return 0;
+}

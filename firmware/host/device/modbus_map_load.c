@@ -188,6 +188,9 @@ static const struct yaml_field map_fields[] = {
       map_read_default_order, 0 },
     { "items", YAML_REQUIRED, "a map of 1 .. 24 items by name", map_read_items,
       0 },
+    { "apart", YAML_OPTIONAL,
+      "a list of 1 .. 16 pairs of items, such as [[position, state]]",
+      map_read_apart, 0 },
     { "identify", YAML_OPTIONAL, "a map with item, equals and else",
       map_read_identify, 0 },
     { "status", YAML_REQUIRED, "a map of conditions", map_read_status, 0 },
@@ -224,6 +227,26 @@ const struct yaml_words map_words[] = {
     { NULL, NULL, 0 },
 };
 
+/* Is every item of the class in a block? */
+static bool map_polls_all(const struct modbus_map *map,
+                          enum modbus_map_poll poll)
+{
+    struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX];
+    const unsigned count = modbus_map_blocks(map, poll, block);
+
+    for (unsigned i = 0; i < map->item_count; i++) {
+        const struct modbus_map_item *item = &map->item[i];
+        bool is_read = item->poll != poll;
+
+        for (unsigned k = 0; k < count && !is_read; k++)
+            is_read = block[k].read == item->read && block[k].at <= item->at &&
+                      item->at < (uint32_t)block[k].at + block[k].count;
+        if (!is_read)
+            return false;
+    }
+    return true;
+}
+
 static int map_judge(const struct yaml_value *value,
                      const struct modbus_map *map)
 {
@@ -234,6 +257,11 @@ static int map_judge(const struct yaml_value *value,
         map->sequence[MODBUS_SEQUENCE_disable].count == 0)
         return yaml_value_refuse(
             value, "lacks one of the sequences enable, disable and stop");
+    for (unsigned poll = MODBUS_POLL_FAST; poll <= MODBUS_POLL_MONITOR; poll++)
+        if (!map_polls_all(map, (enum modbus_map_poll)poll))
+            return yaml_value_refuse(
+                value, "has items that need more than %u reads in one cycle",
+                MODBUS_MAP_BLOCKS_MAX);
     return 0;
 }
 

@@ -30,6 +30,7 @@ int map_read_mask(void *reader, const struct yaml_value *value, void *out);
 
 /* A section each; out: the map, of a group the group. */
 int map_read_items(void *reader, const struct yaml_value *value, void *out);
+int map_read_apart(void *reader, const struct yaml_value *value, void *out);
 int map_read_status(void *reader, const struct yaml_value *value, void *out);
 int map_read_identify(void *reader, const struct yaml_value *value, void *out);
 int map_read_group(void *reader, const struct yaml_value *value, void *out);

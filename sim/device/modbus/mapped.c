@@ -359,6 +359,21 @@ static bool servo_misses(const struct sim_modbus_servo *self, uint32_t at,
     return false;
 }
 
+/* As a drive does that has a hole there. */
+static bool servo_splits(const struct sim_modbus_servo *self,
+                         enum modbus_space space, uint16_t at, uint16_t count)
+{
+    static const uint8_t read[] = {
+        [MODBUS_HOLDING] = HAL_MODBUS_READ,
+        [MODBUS_INPUT] = HAL_MODBUS_READ_INPUT,
+        [MODBUS_COILS] = HAL_MODBUS_READ_COILS,
+        [MODBUS_DISCRETE] = HAL_MODBUS_READ_DISCRETE,
+    };
+    const struct modbus_map_block request = { at, count, read[space] };
+
+    return modbus_map_splits(self->config.map, &request);
+}
+
 static uint8_t servo_on_get(struct modbus_slave *slave, enum modbus_space space,
                             uint16_t address, uint16_t count, uint16_t *value)
 {
@@ -366,7 +381,8 @@ static uint8_t servo_on_get(struct modbus_slave *slave, enum modbus_space space,
 
     const bool bits = space == MODBUS_COILS || space == MODBUS_DISCRETE;
 
-    if (!servo_knows(self, address, count))
+    if (!servo_knows(self, address, count) ||
+        servo_splits(self, space, address, count))
         return ILLEGAL_ADDRESS;
     if (!bits && servo_misses(self, address, count))
         return DEVICE_FAILURE;

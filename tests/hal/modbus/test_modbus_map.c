@@ -1,6 +1,6 @@
 /* tests/hal/modbus/test_modbus_map.c - values in registers: types, orders of
- * bytes, and floats that are no number; the simulated servo takes none of
- * those. */
+ * bytes, and floats that are no number, of which the simulated servo takes none;
+ * what is read together, and what never is. */
 #include "hal/modbus/map.h"
 
 #include <inttypes.h>
@@ -115,6 +115,119 @@ static void the_servo_takes_no_nan(void **state)
     assert_int_equal(bench.servo.reg[0x105], 0);
 }
 
+/* ---- what is never read together ---- */
+
+#define HOLE_MAPS 4000
+
+/* Items of registers that do not overlap, four of one function and four of the
+ * other, most of them read. */
+static void draw_items(struct modbus_map *map)
+{
+    uint16_t at = 0;
+
+    *map = (struct modbus_map){ .registers_max = 16, .item_count = 8 };
+    for (unsigned i = 0; i < map->item_count; i++) {
+        struct modbus_map_item *item = &map->item[i];
+
+        item->read = i < 4 ? HAL_MODBUS_READ : HAL_MODBUS_READ_INPUT;
+        at = i == 4 ? 0 : at;
+        item->at = (uint16_t)(at + draw() % 4);
+        item->type = draw() % 2 == 0 ? MODBUS_U16 : MODBUS_I32;
+        item->poll = draw() % 4 == 0 ? MODBUS_POLL_NEVER : MODBUS_POLL_FAST;
+        at = (uint16_t)(item->at + modbus_map_registers(item->type));
+    }
+}
+
+/* By registers, one after the other. */
+static bool reads(const struct modbus_map_block *block,
+                  const struct modbus_map_item *item)
+{
+    for (unsigned i = 0; i < block->count; i++)
+        for (unsigned k = 0; k < modbus_map_registers(item->type); k++)
+            if (block->read == item->read && block->at + i == item->at + k)
+                return true;
+    return false;
+}
+
+static void expect_apart(const struct modbus_map *map,
+                         const struct modbus_map_block *block)
+{
+    for (unsigned i = 0; i < map->apart_count; i++)
+        if (reads(block, &map->item[map->apart[i].item[0]]) &&
+            reads(block, &map->item[map->apart[i].item[1]]))
+            fail_msg("items %u and %u are read together from %u on",
+                     map->apart[i].item[0], map->apart[i].item[1], block->at);
+}
+
+/* Each item that is polled is read by one request, in whole. */
+static void expect_all_read(const struct modbus_map *map,
+                            const struct modbus_map_block *block,
+                            unsigned count)
+{
+    for (unsigned i = 0; i < map->item_count; i++) {
+        const struct modbus_map_item *item = &map->item[i];
+        unsigned n = 0;
+
+        for (unsigned k = 0; k < count; k++)
+            n += reads(&block[k], item) &&
+                 item->at + modbus_map_registers(item->type) <=
+                     block[k].at + block[k].count;
+        if (item->poll == MODBUS_POLL_FAST)
+            assert_int_equal(n, 1);
+    }
+}
+
+static void items_apart_are_never_read_together(void **state)
+{
+    unsigned more = 0, judged = 0;
+
+    (void)state;
+    seed_from("items_apart_are_never_read_together");
+    for (unsigned i = 0; i < HOLE_MAPS; i++) {
+        struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX];
+        struct modbus_map map;
+        unsigned count, before;
+
+        draw_items(&map);
+        before = modbus_map_blocks(&map, MODBUS_POLL_FAST, block);
+        expect_all_read(&map, block, before);
+        for (map.apart_count = 0; map.apart_count < 3; map.apart_count++) {
+            uint8_t *pair = map.apart[map.apart_count].item;
+
+            pair[0] = (uint8_t)(draw() % 8);
+            pair[1] = (uint8_t)((pair[0] + 1 + draw() % 2) % 8);
+        }
+        count = modbus_map_blocks(&map, MODBUS_POLL_FAST, block);
+        if (count == MODBUS_MAP_BLOCKS_MAX)
+            continue; /* perhaps more than there may be: the loader refuses */
+        expect_all_read(&map, block, count);
+        for (unsigned k = 0; k < count; k++)
+            expect_apart(&map, &block[k]);
+        more += count > before;
+        judged++;
+    }
+    assert_true(judged > HOLE_MAPS / 2 && more > HOLE_MAPS / 8);
+}
+
+/* It answers "illegal data address" to a read across a hole. */
+static void a_drive_with_holes_is_enabled_and_streamed(void **state)
+{
+    static struct modbus_bench bench;
+    uint16_t value[8];
+    struct modbus_slave *slave = &bench.servo.slave;
+
+    (void)state;
+    modbus_bench_load(&bench, "maps/holes");
+    modbus_bench_init(&bench);
+    assert_int_equal(slave->ops->get(slave, MODBUS_HOLDING, 0, 3, value), 2);
+    assert_int_equal(slave->ops->get(slave, MODBUS_HOLDING, 2, 4, value), 2);
+    assert_int_equal(slave->ops->get(slave, MODBUS_HOLDING, 0, 2, value), 0);
+    assert_int_equal(bench.drive.fast_count, 3);
+    modbus_bench_enable(&bench);
+    modbus_bench_run(&bench, 2000 * MS);
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_ENABLED);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -122,6 +235,8 @@ int main(void)
         cmocka_unit_test(a_float_is_its_nearest_whole_number),
         cmocka_unit_test(every_whole_number_of_its_range_comes_back),
         cmocka_unit_test(the_servo_takes_no_nan),
+        cmocka_unit_test(items_apart_are_never_read_together),
+        cmocka_unit_test(a_drive_with_holes_is_enabled_and_streamed),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
