@@ -16,6 +16,7 @@
 #ifndef HAL_MODBUS_H
 #define HAL_MODBUS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "motion/core/err.h"
@@ -78,7 +79,8 @@ struct hal_modbus_reply {
 
 struct hal_modbus_stats {
     uint64_t transactions; /* finished, whatever came of them */
-    uint64_t timeouts, broken, exceptions, failures; /* by err */
+    /* by err; timeouts: those that a gateway tells of too */
+    uint64_t timeouts, broken, exceptions, failures;
     uint64_t reconnects;
     uint64_t stray;    /* bytes that nobody had asked for */
     uint64_t busy_ns;  /* from request to free line, answered ones */
@@ -132,6 +134,12 @@ static inline void hal_modbus_stats(struct hal_modbus *line,
 
 /* "illegal data address" ...; never NULL. */
 const char *hal_modbus_exception_text(uint8_t exception);
+
+/* A gateway in between says that nothing came of the device (exceptions 0A, no
+ * path, and 0B, no answer): an answer is missing, none was refused. */
+bool hal_modbus_is_missing(const struct hal_modbus_reply *reply);
+/* What a reply that is no answer says, in words. */
+const char *hal_modbus_reply_text(const struct hal_modbus_reply *reply);
 
 /* Counts a finished transaction. */
 void hal_modbus_count(struct hal_modbus_stats *stats,

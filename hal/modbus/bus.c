@@ -8,14 +8,17 @@ static struct modbus_bus *modbus_bus_of(struct hal_fieldbus *fieldbus)
     return CONTAINER_OF(fieldbus, struct modbus_bus, fieldbus);
 }
 
+/* Nobody on a line tells what a gateway says from a drive that is silent. */
 static void modbus_bus_take(struct modbus_bus *bus,
-                            const struct hal_modbus_reply *reply)
+                            struct hal_modbus_reply *reply)
 {
     const unsigned slot = reply->tag & (HAL_MODBUS_MAILBOX - 1);
     struct modbus_node *node = bus->flight[slot].node;
 
     bus->returned++;
     bus->broke = bus->broke || reply->err == MOTION_E_IO;
+    if (hal_modbus_is_missing(reply))
+        reply->err = MOTION_E_TIMEOUT;
     node->ops->reply(node, bus->flight[slot].cookie, reply);
 }
 

@@ -26,6 +26,7 @@ struct modbus_node_ops {
      * reply.  false: nothing to ask now. */
     bool (*next_request)(struct modbus_node *node, int64_t now_ns,
                          struct hal_modbus_request *request, uint16_t *cookie);
+    /* One that hal_modbus_is_missing has MOTION_E_TIMEOUT, and its exception. */
     void (*reply)(struct modbus_node *node, uint16_t cookie,
                   const struct hal_modbus_reply *reply);
     /* Port or connection broke, also when it is there again already. */

@@ -21,6 +21,18 @@ const char *hal_modbus_exception_text(uint8_t exception)
     return text[exception];
 }
 
+bool hal_modbus_is_missing(const struct hal_modbus_reply *reply)
+{
+    return reply->err == MOTION_E_REFUSED &&
+           (reply->exception == 0x0A || reply->exception == 0x0B);
+}
+
+const char *hal_modbus_reply_text(const struct hal_modbus_reply *reply)
+{
+    return reply->exception != 0 ? hal_modbus_exception_text(reply->exception)
+                                 : motion_err_text(reply->err);
+}
+
 void hal_modbus_count(struct hal_modbus_stats *stats,
                       const struct hal_modbus_reply *reply)
 {
@@ -35,7 +47,10 @@ void hal_modbus_count(struct hal_modbus_stats *stats,
         stats->broken++;
         break;
     case MOTION_E_REFUSED:
-        stats->exceptions++;
+        if (hal_modbus_is_missing(reply))
+            stats->timeouts++;
+        else
+            stats->exceptions++;
         break;
     default:
         stats->failures++;

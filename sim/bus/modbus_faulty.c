@@ -5,7 +5,8 @@
 #include "sim/bus/modbus.h"
 #include "sim/util.h"
 
-#define DEVICE_BUSY 0x06
+#define DEVICE_BUSY  0x06
+#define GATEWAY_PATH 0x0A /* and 0x0B, of its target */
 
 static uint32_t sim_modbus_random(uint64_t *seed)
 {
@@ -49,6 +50,13 @@ static unsigned sim_modbus_twice(uint8_t *frame, unsigned length)
     return length + again;
 }
 
+static unsigned sim_modbus_except(uint8_t *frame, uint8_t exception)
+{
+    return modbus_rtu_seal(
+        frame, frame[0],
+        modbus_pdu_put_exception(frame[1], exception, frame + 1));
+}
+
 unsigned sim_modbus_spoil(enum sim_modbus_fault fault, uint64_t *seed,
                           uint8_t frame[MODBUS_RTU_FRAME_MAX], unsigned length)
 {
@@ -56,9 +64,10 @@ unsigned sim_modbus_spoil(enum sim_modbus_fault fault, uint64_t *seed,
         return length;
     switch (fault) {
     case SIM_MODBUS_EXCEPTION:
-        return modbus_rtu_seal(
-            frame, frame[0],
-            modbus_pdu_put_exception(frame[1], DEVICE_BUSY, frame + 1));
+        return sim_modbus_except(frame, DEVICE_BUSY);
+    case SIM_MODBUS_GATEWAY:
+        return sim_modbus_except(
+            frame, (uint8_t)(GATEWAY_PATH + sim_modbus_random(seed) % 2));
     case SIM_MODBUS_WRONG_CRC:
         frame[length - 1] ^= 0x01;
         return length;

@@ -21,6 +21,8 @@
 #define NS_PER_S      INT64_C(1000000000)
 #define HOST_SLEEP_NS INT64_C(2000000) /* longest, so that stop is seen */
 
+#define GATEWAY_NO_ANSWER 0x0B
+
 static int64_t modbus_host_now_ns(void)
 {
     struct clock_linux clock;
@@ -130,8 +132,8 @@ static unsigned modbus_host_answer(struct modbus_host *host,
     unsigned answered;
 
     if (slave == NULL) /* as a gateway says it */
-        answered =
-            modbus_pdu_put_exception(pdu[0], 0x0B, answer + MODBUS_TCP_HEAD);
+        answered = modbus_pdu_put_exception(pdu[0], GATEWAY_NO_ANSWER,
+                                            answer + MODBUS_TCP_HEAD);
     else
         answered = modbus_slave_serve(slave, pdu, length - MODBUS_TCP_HEAD,
                                       answer + MODBUS_TCP_HEAD);
@@ -139,11 +141,19 @@ static unsigned modbus_host_answer(struct modbus_host *host,
 }
 
 /* TCP has a checksum of its own: what a gateway spoils is its head. */
-static void modbus_host_spoil(enum sim_modbus_fault fault, uint8_t *frame)
+static void modbus_host_spoil(enum sim_modbus_fault fault,
+                              struct sim_modbus_held *held)
 {
+    uint8_t *frame = held->frame;
+    const uint8_t unit = frame[MODBUS_TCP_HEAD - 1];
+
     if (fault == SIM_MODBUS_OTHER_UNIT)
-        frame[MODBUS_TCP_HEAD - 1] =
-            (uint8_t)(frame[MODBUS_TCP_HEAD - 1] % 247 + 1);
+        frame[MODBUS_TCP_HEAD - 1] = (uint8_t)(unit % 247 + 1);
+    else if (fault == SIM_MODBUS_GATEWAY)
+        held->length = modbus_tcp_seal(
+            frame, modbus_pdu_get(frame), unit,
+            modbus_pdu_put_exception(frame[MODBUS_TCP_HEAD], GATEWAY_NO_ANSWER,
+                                     frame + MODBUS_TCP_HEAD));
     else if (fault != SIM_MODBUS_GOOD && fault != SIM_MODBUS_LATE &&
              fault != SIM_MODBUS_MUTE)
         frame[0] ^= 0xA5;
@@ -157,7 +167,7 @@ static bool modbus_host_pass(struct sim_modbus_faulty *faulty,
     const enum sim_modbus_fault fault =
         sim_modbus_direction_draw(direction, &faulty->seed);
 
-    modbus_host_spoil(fault, frame->frame);
+    modbus_host_spoil(fault, frame);
     return sim_modbus_direction_pass(direction, fault, &faulty->seed, frame,
                                      modbus_host_now_ns(), 0);
 }

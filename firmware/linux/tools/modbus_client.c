@@ -58,7 +58,8 @@ static int modbus_client_again(struct modbus_client *client,
     int err = MOTION_E_TIMEOUT;
 
     for (unsigned i = 0; i < REQUEST_TRIES &&
-                         (err == MOTION_E_TIMEOUT || err == MOTION_E_PROTOCOL);
+                         (err == MOTION_E_TIMEOUT || err == MOTION_E_PROTOCOL ||
+                          hal_modbus_is_missing(&client->reply));
          i++)
         err = modbus_client(client, request);
     return err;
@@ -150,7 +151,11 @@ int modbus_client_sequence(struct modbus_client *client,
 void modbus_client_text(const struct modbus_client *client, int err,
                         char text[MODBUS_CLIENT_TEXT_MAX])
 {
-    if (err == MOTION_E_REFUSED)
+    if (err == MOTION_E_REFUSED && hal_modbus_is_missing(&client->reply))
+        snprintf(text, MODBUS_CLIENT_TEXT_MAX,
+                 "unit %u does not answer its gateway (exception %u)",
+                 client->unit, client->reply.exception);
+    else if (err == MOTION_E_REFUSED)
         snprintf(text, MODBUS_CLIENT_TEXT_MAX, "%s (exception %u)",
                  hal_modbus_exception_text(client->reply.exception),
                  client->reply.exception);

@@ -128,12 +128,6 @@ static int unit_is_there(struct modbus_client *client)
     return err;
 }
 
-/* 0A and 0B are a gateway's: no path to the unit, or no answer from it. */
-static bool unit_is_absent(const struct modbus_client *client)
-{
-    return client->reply.exception == 0x0A || client->reply.exception == 0x0B;
-}
-
 static void unit_look(struct scan *scan, struct modbus_client *client,
                       const struct bench *bench)
 {
@@ -177,7 +171,7 @@ int scan_modbus(struct scan *scan, struct bench *bench,
         err = unit_is_there(&client);
         if (err == MOTION_E_IO)
             return err;
-        if (err == MOTION_E_REFUSED && unit_is_absent(&client))
+        if (hal_modbus_is_missing(&client.reply))
             continue;
         if (err == MOTION_OK || err == MOTION_E_REFUSED)
             unit_look(scan, &client, bench);

@@ -249,7 +249,7 @@ static void take_identity(struct drive_modbus *self,
     else
         self->retry_ns = self->now_ns + RETRY_NS;
     if (reply->err != MOTION_OK && reply->err != MOTION_E_REFUSED) {
-        drive_modbus_say(self, motion_err_text(reply->err));
+        drive_modbus_say(self, hal_modbus_reply_text(reply));
         return;
     }
     drive_modbus_say(self, map->identify_else);
@@ -342,7 +342,7 @@ static void take_failure(struct drive_modbus *self,
     if (self->phase != DRIVE_MODBUS_LATCHED)
         drive_modbus_say(self, reply->err == MOTION_E_PROTOCOL
                                    ? "its answers are broken"
-                                   : motion_err_text(reply->err));
+                                   : hal_modbus_reply_text(reply));
     drive_modbus_lose(self, HAL_DRIVE_OFFLINE);
 }
 

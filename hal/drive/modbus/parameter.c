@@ -49,7 +49,7 @@ static void parameter_fail(struct drive_modbus *self, const char *words,
         drive_modbus_say(self, map->item[parameter_of(self)->item].name);
 
     hal_text_put(&text, words);
-    hal_text_put(&text, drive_modbus_reply_text(reply));
+    hal_text_put(&text, hal_modbus_reply_text(reply));
     drive_modbus_latch(self);
 }
 

@@ -33,8 +33,6 @@ bool drive_modbus_is_down(const struct drive_modbus *self);
 bool drive_modbus_status(const struct drive_modbus *self,
                          enum modbus_map_status status, bool unknown);
 
-/* What a reply that is no answer says, in words. */
-const char *drive_modbus_reply_text(const struct hal_modbus_reply *reply);
 /* Busy, lost or broken: may be tried again. */
 bool drive_modbus_is_passing(const struct hal_modbus_reply *reply);
 

@@ -25,13 +25,6 @@ struct hal_text drive_modbus_say(struct drive_modbus *self, const char *words)
     return text;
 }
 
-const char *drive_modbus_reply_text(const struct hal_modbus_reply *reply)
-{
-    if (reply->err == MOTION_E_REFUSED)
-        return hal_modbus_exception_text(reply->exception);
-    return motion_err_text(reply->err);
-}
-
 bool drive_modbus_is_passing(const struct hal_modbus_reply *reply)
 {
     return reply->err != MOTION_E_REFUSED || reply->exception == 5 ||

@@ -190,6 +190,7 @@ static void every_fault_is_told_and_recovered_from(void **state)
         { SIM_MODBUS_TWICE, MOTION_E_PROTOCOL },
         { SIM_MODBUS_NOISE, MOTION_E_PROTOCOL },
         { SIM_MODBUS_FLIP, MOTION_E_PROTOCOL },
+        { SIM_MODBUS_GATEWAY, MOTION_E_REFUSED },
     };
 
     (void)state;
@@ -290,10 +291,10 @@ static void no_corrupted_request_writes(void **state)
                                                     .value = { 0x5A5A } };
         unsigned length = (unsigned)modbus_rtu_put_request(&request, frame);
 
-        length = sim_modbus_spoil(
-            (enum sim_modbus_fault)check_random_in(&seed, SIM_MODBUS_WRONG_CRC,
-                                                   SIM_MODBUS_FAULTS - 1),
-            &seed, frame, length);
+        length =
+            sim_modbus_spoil((enum sim_modbus_fault)check_random_in(
+                                 &seed, SIM_MODBUS_WRONG_CRC, SIM_MODBUS_FLIP),
+                             &seed, frame, length);
         slave->ops->recv(slave, frame, length, now_ns);
         now_ns += 10 * MS;
         while (slave->ops->poll(slave, now_ns, frame) > 0)

@@ -347,6 +347,54 @@ static void a_mute_drive_is_lost_and_found(void **state)
     modbus_bench_until(&bench, HAL_DRIVE_OFF);
 }
 
+/* Whatever is on its way, one or two missing answers are left out; the third in a
+ * row is a drive that is lost, as without a gateway, and none that has a fault. */
+static void what_a_gateway_misses_is_a_missing_answer(void **state)
+{
+    struct hal_modbus_stats stats;
+
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        struct sim_modbus_direction *from = &bench.servo.faulty.from;
+
+        moving_bench(maps[i]);
+        for (unsigned n = 1; n <= 2; n++) {
+            from->fault = SIM_MODBUS_GATEWAY;
+            from->times = n;
+            modbus_bench_run(&bench, 150 * MS);
+            if (bench.feedback.state != HAL_DRIVE_ENABLED)
+                fail_msg("%s, %u: %s", maps[i], n, bench.feedback.fault_text);
+            assert_int_equal(from->spoilt, n * (n + 1) / 2);
+        }
+        from->times = 0;
+        from->fault = SIM_MODBUS_GATEWAY;
+        modbus_bench_until(&bench, HAL_DRIVE_OFFLINE);
+        if (strstr(bench.feedback.fault_text,
+                   "lost; trying to switch it off: gateway ") == NULL)
+            fail_msg("%s: %s", maps[i], bench.feedback.fault_text);
+        assert_true(from->spoilt < 3 + 3 + 2); /* two are under way at most */
+        hal_modbus_stats(&bench.master.modbus, &stats);
+        assert_int_equal(stats.exceptions, 0);
+        assert_true(stats.timeouts >= 6);
+        from->fault = SIM_MODBUS_GOOD;
+        modbus_bench_run(&bench, 4000 * MS);
+        assert_false(bench.servo.enabled);
+    }
+}
+
+/* What it says while the drive is looked for is not that of another drive. */
+static void a_drive_behind_a_gateway_is_waited_for(void **state)
+{
+    (void)state;
+    modbus_bench_load(&bench, "leadshine-el7");
+    modbus_bench_init(&bench);
+    bench.servo.faulty.from.fault = SIM_MODBUS_GATEWAY;
+    modbus_bench_run(&bench, 3000 * MS);
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_OFFLINE);
+    bench.servo.faulty.from.fault = SIM_MODBUS_GOOD;
+    modbus_bench_until(&bench, HAL_DRIVE_OFF);
+}
+
 static void a_drive_that_comes_later_is_found(void **state)
 {
     (void)state;
@@ -544,6 +592,8 @@ int main(void)
         cmocka_unit_test(an_exception_latches),
         cmocka_unit_test(an_alarm_is_told_in_words_and_reset),
         cmocka_unit_test(a_mute_drive_is_lost_and_found),
+        cmocka_unit_test(what_a_gateway_misses_is_a_missing_answer),
+        cmocka_unit_test(a_drive_behind_a_gateway_is_waited_for),
         cmocka_unit_test(a_drive_that_comes_later_is_found),
         cmocka_unit_test(the_wrong_drive_is_refused),
         cmocka_unit_test(single_bad_answers_do_not_stop_a_move),
