@@ -83,6 +83,8 @@ struct hal_modbus_stats {
     uint64_t timeouts, broken, exceptions, failures;
     uint64_t reconnects;
     uint64_t stray;    /* bytes that nobody had asked for */
+    uint64_t echoes;   /* requests that came back as they were sent */
+    uint64_t late;     /* TCP: answers to requests of before, dropped */
     uint64_t busy_ns;  /* from request to free line, answered ones */
     uint64_t ideal_ns; /* the same ones at the baud rate and the silent
                           intervals, a slave answering at once; 0: no rate

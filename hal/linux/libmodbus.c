@@ -129,6 +129,8 @@ static void modbus_libmodbus_stats(struct hal_modbus *line,
 
     *stats = self->stats;
     stats->stray = atomic_load(&self->stray);
+    stats->echoes = atomic_load(&self->echoes);
+    stats->late = atomic_load(&self->late);
     stats->reconnects = atomic_load(&self->reconnects);
 }
 
@@ -173,6 +175,7 @@ int modbus_libmodbus_open(struct modbus_libmodbus *self,
     memset(self, 0, sizeof *self);
     self->modbus.ops = &modbus_libmodbus_ops;
     self->config = *config;
+    self->echo.is_known = config->echo;
     err = modbus_libmodbus_check(self);
     if (err < 0)
         return err;

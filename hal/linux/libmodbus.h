@@ -6,10 +6,21 @@
  * the silences, the time-outs and the connection: one that fails is opened
  * anew, at most every 200 ms.
  *
+ * libmodbus opens and sets the port, switches the direction, sends RTU frames and
+ * connects.  What is heard is judged by hal/modbus/listener.h and tcp.h: libmodbus
+ * takes the first bytes that come for the answer, reads as many as they say, and has
+ * no transaction numbers.  Its own error recovery may block for ever: it is off.
+ *
  * No answer is taken for another request's: every answer is checked in full
  * (unit, function, length, echo, CRC or transaction number), RTU is drained
- * after a failure (see hal/modbus/master.h), TCP is connected anew.  libmodbus
- * does none of this, and its own error recovery may block for ever: it is off.
+ * after a failure (see hal/modbus/master.h), TCP drops by the number what is late.
+ *
+ * TCP.  A connection is kept until its other end closes or resets it: servers with few
+ * of them may refuse the next.  Then it is connected again, for three time-outs; the
+ * request that was under way, and one that waits for longer than a time-out, has
+ * MOTION_E_TIMEOUT, as it may have been done.  A connection that is not had again in
+ * that time is gone: MOTION_E_IO.  One that has brought nothing for three requests
+ * in a row may be gone without a word, and is made anew.
  *
  * RTU, takes_over.  Half a request may be in the device, and the answer to a whole
  * one may still come, so the first requests may fail, and must not cost the time that
@@ -25,6 +36,8 @@
 #include <stdatomic.h>
 
 #include "hal/modbus/line.h"
+#include "hal/modbus/listener.h"
+#include "hal/modbus/tcp.h"
 
 struct modbus_libmodbus_box {
     struct hal_modbus_request request;
@@ -44,7 +57,7 @@ struct modbus_libmodbus {
     _Atomic uint64_t submitted, finished;
     uint64_t collected;
     struct hal_modbus_stats stats; /* the caller's */
-    _Atomic uint64_t stray, reconnects;
+    _Atomic uint64_t stray, echoes, late, reconnects;
     _Atomic bool up, stop;
 
     /* the thread's */
@@ -52,7 +65,15 @@ struct modbus_libmodbus {
     int wake; /* eventfd */
     struct _modbus *context;
     int64_t free_ns, retry_ns;
-    uint16_t transaction; /* TCP */
+    struct modbus_listener listener; /* of a serial line */
+    struct modbus_echo echo;
+    struct modbus_tcp_stream stream; /* of TCP, and what follows */
+    uint16_t transaction;
+    int64_t since_ns; /* the transaction under way, or the last */
+    int64_t
+        broke_ns; /* the one in which it was closed, where none was good since;
+                         0: it is sound */
+    unsigned silent; /* requests in a row that brought nothing */
     bool was_up;
     unsigned hurried; /* requests that may still fail while it takes over */
 };

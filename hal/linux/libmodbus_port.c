@@ -1,6 +1,6 @@
-/* hal/linux/libmodbus_port.c - connection and transactions, on the line's own
+/* hal/linux/libmodbus_port.c - the port and its connection, on the line's own
  * thread; see libmodbus.h. */
-#define _GNU_SOURCE /* TIOCEXCL, FIONREAD */
+#define _GNU_SOURCE /* TIOCEXCL */
 #include "hal/linux/libmodbus_port.h"
 
 #include <errno.h>
@@ -14,17 +14,19 @@
 #include <unistd.h>
 
 #include "hal/linux/libmodbus_rs485.h"
-#include "hal/modbus/tcp.h"
 
 #define MS          INT64_C(1000000)
 #define NS_PER_S    INT64_C(1000000000)
 #define DRAIN_TIMES 20 /* a line that is never silent */
 
-/* While a line is taken over. */
-#define HURRIED_SILENT_NS  (20 * MS)
-#define HURRIED_TIMEOUT_NS (100 * MS)
+/* A server that has closed a connection is asked for the next one after AGAIN, and
+ * uses it when it has not closed that one within ADMIT: one with few of them does
+ * not take another before it has seen that the last is gone. */
+#define TCP_AGAIN_NS (10 * MS)
+#define TCP_ADMIT_NS (20 * MS)
+#define TCP_TRIES    3 /* time-outs that it may take; and without a byte */
 
-static int64_t modbus_libmodbus_now_ns(void)
+int64_t modbus_libmodbus_now_ns(void)
 {
     struct timespec now;
 
@@ -32,7 +34,7 @@ static int64_t modbus_libmodbus_now_ns(void)
     return now.tv_sec * NS_PER_S + now.tv_nsec;
 }
 
-static void modbus_libmodbus_sleep_until(int64_t t_ns)
+void modbus_libmodbus_sleep_until(int64_t t_ns)
 {
     const struct timespec until = { .tv_sec = (time_t)(t_ns / NS_PER_S),
                                     .tv_nsec = (long)(t_ns % NS_PER_S) };
@@ -45,6 +47,12 @@ static void modbus_libmodbus_sleep_until(int64_t t_ns)
 bool modbus_libmodbus_is_rtu(const struct modbus_libmodbus *self)
 {
     return self->config.device[0] != '\0';
+}
+
+int64_t modbus_libmodbus_hurry(const struct modbus_libmodbus *self,
+                               int64_t dur_ns, int64_t hurried_ns)
+{
+    return self->hurried > 0 && hurried_ns < dur_ns ? hurried_ns : dur_ns;
 }
 
 /* ---- the connection ---- */
@@ -79,18 +87,16 @@ void modbus_libmodbus_down(struct modbus_libmodbus *self)
     atomic_store(&self->up, false);
 }
 
-/* We break it off, to be sure of the next answer: the line stays up unless it
- * cannot be had again. */
-static void modbus_libmodbus_anew(struct modbus_libmodbus *self)
+/* Its connection is gone, and may be had again before that is said. */
+static bool modbus_libmodbus_is_patient(const struct modbus_libmodbus *self)
 {
-    modbus_libmodbus_drop(self);
-    self->retry_ns = 0;
-    modbus_libmodbus_up(self);
+    return !modbus_libmodbus_is_rtu(self) && self->was_up &&
+           self->broke_ns != 0 &&
+           modbus_libmodbus_now_ns() - self->broke_ns <
+               TCP_TRIES * self->config.timeout_ns;
 }
 
-/* Read away what is there until nothing has come for `silent_ns`. */
-static void modbus_libmodbus_drain(struct modbus_libmodbus *self,
-                                   int64_t silent_ns)
+void modbus_libmodbus_drain(struct modbus_libmodbus *self, int64_t silent_ns)
 {
     const int fd = modbus_get_socket(self->context);
     struct pollfd wait = { .fd = fd, .events = POLLIN };
@@ -108,33 +114,13 @@ static void modbus_libmodbus_drain(struct modbus_libmodbus *self,
     self->free_ns = modbus_libmodbus_now_ns();
 }
 
-static int64_t modbus_libmodbus_hurry(const struct modbus_libmodbus *self,
-                                      int64_t dur_ns, int64_t hurried_ns)
-{
-    return self->hurried > 0 && hurried_ns < dur_ns ? hurried_ns : dur_ns;
-}
-
-/* After a transaction.  The first good answer is followed by silence where it may
- * belong to a request that failed before. */
-static void modbus_libmodbus_hurried(struct modbus_libmodbus *self,
-                                     bool is_good)
-{
-    if (self->hurried == 0)
-        return;
-    if (!is_good) {
-        self->hurried--;
-        return;
-    }
-    if (self->hurried < MODBUS_LIBMODBUS_HURRIED)
-        modbus_libmodbus_drain(self, self->config.timeout_ns);
-    self->hurried = 0;
-}
-
 static void modbus_libmodbus_connected(struct modbus_libmodbus *self)
 {
     if (self->was_up)
         atomic_fetch_add(&self->reconnects, 1);
     self->was_up = true;
+    self->stream.length = 0;
+    self->silent = 0;
     if (modbus_libmodbus_is_rtu(self)) {
         (void)ioctl(modbus_get_socket(self->context), TIOCEXCL);
         modbus_libmodbus_drain(self, self->hurried > 0 ? HURRIED_SILENT_NS
@@ -152,233 +138,144 @@ void modbus_libmodbus_up(struct modbus_libmodbus *self)
         return;
     self->retry_ns = now_ns + MODBUS_LIBMODBUS_RETRY_NS;
     self->context = modbus_libmodbus_new(self);
-    if (self->context == NULL) {
-        modbus_libmodbus_down(self);
-        return;
-    }
-    modbus_set_error_recovery(self->context, MODBUS_ERROR_RECOVERY_NONE);
-    modbus_set_response_timeout(self->context, (uint32_t)(timeout_us / 1000000),
-                                (uint32_t)(timeout_us % 1000000));
-    if (modbus_connect(self->context) == 0 &&
-        modbus_rs485_apply(self->context, &self->config) == 0)
-        modbus_libmodbus_connected(self);
-    else
-        modbus_libmodbus_down(self);
-}
-
-/* ---- one transaction ---- */
-
-static int modbus_libmodbus_err(int code)
-{
-    switch (code) {
-    case ETIMEDOUT:
-        return MOTION_E_TIMEOUT;
-    case EMBBADCRC:
-    case EMBBADDATA:
-    case EMBBADEXC:
-    case EMBBADSLAVE:
-        return MOTION_E_PROTOCOL;
-    default:
-        return MOTION_E_IO;
-    }
-}
-
-static int modbus_libmodbus_send_rtu(struct modbus_libmodbus *self,
-                                     const uint8_t *pdu, unsigned length,
-                                     uint8_t unit)
-{
-    uint8_t raw[1 + MODBUS_PDU_MAX];
-
-    raw[0] = unit;
-    memcpy(raw + 1, pdu, length);
-    if (modbus_set_slave(self->context, unit) < 0)
-        return -1;
-    return modbus_send_raw_request(self->context, raw, (int)length + 1);
-}
-
-/* Not through libmodbus: its raw requests have no transaction numbers. */
-static int modbus_libmodbus_send_tcp(struct modbus_libmodbus *self,
-                                     const struct hal_modbus_request *request)
-{
-    uint8_t frame[MODBUS_TCP_FRAME_MAX];
-    const int fd = modbus_get_socket(self->context);
-    const int length =
-        modbus_tcp_put_request(request, ++self->transaction, frame);
-
-    return send(fd, frame, (size_t)length, MSG_NOSIGNAL) == length ? 0 : -1;
-}
-
-/* libmodbus cannot tell how long answers to 2B are: RTU ends with silence,
- * which adapters that gather bytes stretch; TCP says its length. */
-#define OPEN_SILENT_MS 30
-
-static bool modbus_libmodbus_is_more(const struct modbus_libmodbus *self,
-                                     const uint8_t *frame, unsigned length)
-{
-    const unsigned whole = modbus_libmodbus_is_rtu(self)
-                               ? MODBUS_RTU_FRAME_MAX
-                               : modbus_tcp_whole(frame, length);
-
-    return length < MODBUS_RTU_FRAME_MAX && (whole == 0 || length < whole);
-}
-
-static int modbus_libmodbus_receive_open(struct modbus_libmodbus *self,
-                                         uint8_t *frame)
-{
-    struct pollfd wait = { .fd = modbus_get_socket(self->context),
-                           .events = POLLIN };
-    int wait_ms = (int)(self->config.timeout_ns / MS) + 1;
-    unsigned length = 0;
-
-    if (modbus_libmodbus_is_rtu(self))
-        wait_ms += (int)(modbus_rtu_chars_ns(&self->time, 16) / MS);
-    while (modbus_libmodbus_is_more(self, frame, length) &&
-           poll(&wait, 1, wait_ms) > 0) {
-        const ssize_t got =
-            read(wait.fd, frame + length, MODBUS_RTU_FRAME_MAX - length);
-
-        if (got <= 0) {
-            errno = EIO;
-            return -1;
+    if (self->context != NULL) {
+        modbus_set_error_recovery(self->context, MODBUS_ERROR_RECOVERY_NONE);
+        modbus_set_response_timeout(self->context,
+                                    (uint32_t)(timeout_us / 1000000),
+                                    (uint32_t)(timeout_us % 1000000));
+        if (modbus_connect(self->context) == 0 &&
+            modbus_rs485_apply(self->context, &self->config) == 0) {
+            modbus_libmodbus_connected(self);
+            return;
         }
-        length += (unsigned)got;
-        wait_ms = OPEN_SILENT_MS;
     }
-    errno = ETIMEDOUT;
-    return length == 0 ? -1 : (int)length;
+    modbus_libmodbus_drop(self);
+    if (!modbus_libmodbus_is_patient(self))
+        atomic_store(&self->up, false);
 }
 
-/* libmodbus says 0 for a frame of another unit. */
-static void modbus_libmodbus_receive(struct modbus_libmodbus *self,
-                                     const struct hal_modbus_request *request,
-                                     struct hal_modbus_reply *reply)
+/* ---- TCP: a connection that closes ---- */
+
+bool modbus_libmodbus_read(struct modbus_libmodbus *self)
 {
-    uint8_t frame[MODBUS_TCP_MAX_ADU_LENGTH];
-    const int got = request->function == HAL_MODBUS_IDENTIFY
-                        ? modbus_libmodbus_receive_open(self, frame)
-                        : modbus_receive_confirmation(self->context, frame);
+    unsigned room;
+    uint8_t *at = modbus_tcp_room(&self->stream, &room);
+    const ssize_t got =
+        recv(modbus_get_socket(self->context), at, room, MSG_DONTWAIT);
 
     if (got <= 0)
-        reply->err = got < 0 ? modbus_libmodbus_err(errno) : MOTION_E_PROTOCOL;
-    else if (modbus_libmodbus_is_rtu(self))
-        modbus_rtu_take_answer(request, frame, (unsigned)got, reply);
-    else
-        modbus_tcp_take_answer(request, self->transaction, frame, (unsigned)got,
-                               reply);
-    reply->done_ns = modbus_libmodbus_now_ns();
-    reply->answer_ns = reply->done_ns;
-    if (got > 0 && modbus_libmodbus_is_rtu(self))
-        reply->answer_ns -= modbus_rtu_chars_ns(&self->time, (unsigned)got);
-    if (reply->answer_ns < reply->sent_ns)
-        reply->answer_ns = reply->sent_ns;
+        return got < 0 && (errno == EAGAIN || errno == EINTR);
+    self->stream.length += (unsigned)got;
+    self->silent = 0;
+    return true;
 }
 
-static void modbus_libmodbus_patience(struct modbus_libmodbus *self,
-                                      unsigned length)
+void modbus_libmodbus_broke(struct modbus_libmodbus *self)
 {
-    int64_t wait_us = modbus_libmodbus_hurry(self, self->config.timeout_ns,
-                                             HURRIED_TIMEOUT_NS) /
-                      1000;
-
-    if (modbus_libmodbus_is_rtu(self))
-        wait_us +=
-            modbus_rtu_chars_ns(&self->time, length + MODBUS_RTU_FRAME_MAX) /
-            1000;
-    modbus_set_response_timeout(self->context, (uint32_t)(wait_us / 1000000),
-                                (uint32_t)(wait_us % 1000000));
-    modbus_set_byte_timeout(self->context, 0, 0);
-}
-
-static void modbus_libmodbus_broadcast(struct modbus_libmodbus *self,
-                                       unsigned length,
-                                       struct hal_modbus_reply *reply)
-{
-    reply->err = MOTION_OK;
-    reply->answer_ns = reply->sent_ns +
-                       modbus_rtu_chars_ns(&self->time, length + 3) +
-                       self->config.broadcast_ns;
-    modbus_libmodbus_sleep_until(reply->answer_ns);
-    reply->done_ns = reply->answer_ns;
-}
-
-static void modbus_libmodbus_exchange(struct modbus_libmodbus *self,
-                                      const struct hal_modbus_request *request,
-                                      struct hal_modbus_reply *reply)
-{
-    uint8_t pdu[MODBUS_PDU_MAX];
-    const unsigned length = (unsigned)modbus_pdu_put_request(request, pdu);
-
-    modbus_libmodbus_patience(self, length);
-    reply->sent_ns = modbus_libmodbus_now_ns();
-    if ((modbus_libmodbus_is_rtu(self)
-             ? modbus_libmodbus_send_rtu(self, pdu, length, request->unit)
-             : modbus_libmodbus_send_tcp(self, request)) < 0)
-        reply->err = MOTION_E_IO;
-    else if (request->unit == HAL_MODBUS_BROADCAST)
-        modbus_libmodbus_broadcast(self, length, reply);
-    else
-        modbus_libmodbus_receive(self, request, reply);
-}
-
-/* Has anything come that nobody asked for?  An answer of old must not be there
- * when the next request goes out. */
-static void modbus_libmodbus_clear(struct modbus_libmodbus *self)
-{
-    int waiting = 0;
-
-    if (ioctl(modbus_get_socket(self->context), FIONREAD, &waiting) < 0 ||
-        waiting <= 0)
+    if (self->context == NULL)
         return;
-    if (modbus_libmodbus_is_rtu(self)) {
-        modbus_libmodbus_drain(
-            self, modbus_libmodbus_hurry(self, self->config.drain_ns,
-                                         HURRIED_SILENT_NS));
+    if (self->broke_ns == 0)
+        self->broke_ns = self->since_ns;
+    modbus_libmodbus_drop(self);
+}
+
+/* What has come of before is read away, so that an end of the connection is seen. */
+static bool modbus_libmodbus_is_open(struct modbus_libmodbus *self,
+                                     const struct hal_modbus_request *request)
+{
+    struct pollfd wait = { .events = POLLIN };
+    struct hal_modbus_reply nobodys = { 0 };
+
+    while (self->context != NULL) {
+        wait.fd = modbus_get_socket(self->context);
+        if (poll(&wait, 1, 0) <= 0)
+            return true;
+        if (!modbus_libmodbus_read(self))
+            modbus_libmodbus_broke(self);
+        (void)modbus_tcp_find(&self->stream, request, self->transaction,
+                              &nobodys);
+    }
+    return false;
+}
+
+static void modbus_libmodbus_again(struct modbus_libmodbus *self)
+{
+    struct pollfd wait = { .events = POLLIN };
+
+    modbus_libmodbus_sleep_until(modbus_libmodbus_now_ns() + TCP_AGAIN_NS);
+    self->retry_ns = 0;
+    modbus_libmodbus_up(self);
+    if (self->context == NULL)
+        return;
+    wait.fd = modbus_get_socket(self->context);
+    (void)poll(&wait, 1, (int)(TCP_ADMIT_NS / MS));
+}
+
+int modbus_libmodbus_ready(struct modbus_libmodbus *self,
+                           const struct hal_modbus_request *request,
+                           int64_t end_ns)
+{
+    while (!modbus_libmodbus_is_open(self, request)) {
+        if (!modbus_libmodbus_is_patient(self)) {
+            modbus_libmodbus_down(self);
+            return MOTION_E_IO;
+        }
+        if (modbus_libmodbus_now_ns() >= end_ns)
+            return MOTION_E_TIMEOUT;
+        modbus_libmodbus_again(self);
+    }
+    return MOTION_OK;
+}
+
+/* A connection whose other end is gone without a word says nothing for ever. */
+static void modbus_libmodbus_judge(struct modbus_libmodbus *self, int err)
+{
+    if (err == MOTION_OK || err == MOTION_E_REFUSED)
+        self->broke_ns = 0;
+    if (err != MOTION_E_TIMEOUT) {
+        self->silent = 0;
+    } else if (self->context != NULL && ++self->silent == TCP_TRIES) {
+        modbus_libmodbus_broke(self);
+        self->retry_ns = 0;
+        modbus_libmodbus_up(self);
+    }
+}
+
+/* ---- after a transaction ---- */
+
+/* The first good answer of a line that is taken over is followed by silence where
+ * it may belong to a request that failed before. */
+static void modbus_libmodbus_hurried(struct modbus_libmodbus *self,
+                                     bool is_good)
+{
+    if (self->hurried == 0)
+        return;
+    if (!is_good) {
+        self->hurried--;
         return;
     }
-    atomic_fetch_add(&self->stray, (uint64_t)waiting);
-    modbus_libmodbus_anew(self);
+    if (self->hurried < MODBUS_LIBMODBUS_HURRIED)
+        modbus_libmodbus_drain(self, self->config.timeout_ns);
+    self->hurried = 0;
 }
 
 /* A reply that is neither an answer nor a refusal leaves doubt about what is
- * still to come. */
+ * still to come; on TCP it has a number. */
 void modbus_libmodbus_recover(struct modbus_libmodbus *self, int err)
 {
     const bool is_good = err == MOTION_OK || err == MOTION_E_REFUSED;
     const int64_t drain_ns =
         modbus_libmodbus_hurry(self, self->config.drain_ns, HURRIED_SILENT_NS);
 
+    if (!modbus_libmodbus_is_rtu(self)) {
+        modbus_libmodbus_judge(self, err);
+        return;
+    }
     if (self->context == NULL)
         return;
     modbus_libmodbus_hurried(self, is_good);
-    if (is_good)
-        return;
-    if (modbus_libmodbus_is_rtu(self) && err != MOTION_E_IO) {
-        modbus_libmodbus_drain(self, drain_ns);
-        return;
-    }
     if (err == MOTION_E_IO)
         modbus_libmodbus_down(self);
-    else
-        modbus_libmodbus_anew(self);
-}
-
-void modbus_libmodbus_transact(struct modbus_libmodbus *self,
-                               struct modbus_libmodbus_box *box)
-{
-    struct hal_modbus_reply *reply = &box->reply;
-
-    modbus_libmodbus_sleep_until(self->free_ns);
-    modbus_libmodbus_up(self);
-    if (self->context != NULL)
-        modbus_libmodbus_clear(self);
-    reply->err = MOTION_E_IO;
-    reply->sent_ns = reply->answer_ns = modbus_libmodbus_now_ns();
-    if (self->context != NULL)
-        modbus_libmodbus_exchange(self, &box->request, reply);
-    reply->done_ns = modbus_libmodbus_now_ns();
-    self->free_ns = reply->done_ns;
-    if (modbus_libmodbus_is_rtu(self)) {
-        self->free_ns += self->time.gap_ns;
-        reply->done_ns += self->time.gap_ns;
-    }
+    else if (!is_good)
+        modbus_libmodbus_drain(self, drain_ns);
 }

@@ -31,6 +31,7 @@ struct modbus_line_config {
                              0: one character's time, for the kernel what the
                              driver has; whole us, for the kernel whole ms; at
                              most 100 ms */
+    bool echo;            /* the adapter hears what it sends, always */
     char host[MODBUS_LINE_TEXT_MAX]; /* name or address */
     uint16_t port;
     bool

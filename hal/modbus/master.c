@@ -80,6 +80,9 @@ static void modbus_master_count(struct modbus_master *self,
                                 const struct hal_modbus_reply *reply)
 {
     hal_modbus_count(&self->stats, reply);
+    self->stats.stray += self->listener.strays;
+    self->stats.echoes += self->listener.echoes;
+    self->listener.strays = self->listener.echoes = 0;
     if (reply->err != MOTION_OK)
         return;
     self->stats.busy_ns += (uint64_t)(reply->done_ns - reply->sent_ns);
@@ -106,7 +109,6 @@ static void modbus_master_finish(struct modbus_master *self,
 static void modbus_master_drain(struct modbus_master *self, int64_t now_ns)
 {
     self->state = MODBUS_MASTER_DRAINING;
-    self->receiver.length = 0;
     self->deadline_ns = now_ns + self->config.drain_ns;
     self->drain_limit_ns = now_ns + 4 * self->config.drain_ns;
 }
@@ -125,35 +127,21 @@ static void modbus_master_fail(struct modbus_master *self, int err,
 static unsigned modbus_master_begin(struct modbus_master *self, int64_t now_ns,
                                     uint8_t frame[MODBUS_RTU_FRAME_MAX])
 {
-    const int length =
-        modbus_rtu_put_request(&self->box[self->box_head].request, frame);
+    const struct hal_modbus_request *request =
+        &self->box[self->box_head].request;
+    const unsigned length = /* submit has looked at it */
+        (unsigned)modbus_rtu_put_request(request, frame);
 
     self->sent_ns = now_ns;
     self->state = MODBUS_MASTER_SENDING;
-    self->receiver.length = 0;
-    self->disturbed = false;
-    return (unsigned)length; /* submit has looked at it */
+    modbus_listener_begin(&self->listener, request, frame, length,
+                          modbus_echo_expects(&self->echo));
+    return length;
 }
 
-/* What came is followed by silence: it should be the answer. */
-static void modbus_master_judge(struct modbus_master *self, int64_t now_ns)
+/* Free for the next one: after the silence that ends a frame. */
+static void modbus_master_idle(struct modbus_master *self, int64_t now_ns)
 {
-    const struct hal_modbus_request *request =
-        &self->box[self->box_head].request;
-    struct hal_modbus_reply *reply =
-        &self->reply[modbus_master_slot(self->reply_head, self->reply_count)];
-
-    *reply = (struct hal_modbus_reply){ 0 };
-    modbus_rtu_take_answer(request, self->receiver.byte, self->receiver.length,
-                           reply);
-    if (self->disturbed || reply->err == MOTION_E_PROTOCOL) {
-        modbus_master_fail(self, MOTION_E_PROTOCOL, now_ns);
-        return;
-    }
-    reply->answer_ns = self->receiver.last_ns -
-                       modbus_rtu_chars_ns(&self->time, self->receiver.length);
-    modbus_master_finish(self, reply, now_ns);
-    self->receiver.length = 0;
     self->state = MODBUS_MASTER_IDLE;
     self->free_ns = now_ns;
 }
@@ -164,8 +152,7 @@ static void modbus_master_broadcast_done(struct modbus_master *self,
     struct hal_modbus_reply reply = { .err = MOTION_OK, .answer_ns = now_ns };
 
     modbus_master_finish(self, &reply, now_ns);
-    self->state = MODBUS_MASTER_IDLE;
-    self->free_ns = now_ns;
+    modbus_master_idle(self, now_ns);
 }
 
 static bool modbus_master_broadcasts(const struct modbus_master *self)
@@ -173,22 +160,54 @@ static bool modbus_master_broadcasts(const struct modbus_master *self)
     return self->box[self->box_head].request.unit == HAL_MODBUS_BROADCAST;
 }
 
+/* The answer, where it is among what was heard until heard_ns: it is the line's
+ * until it has been silent. */
+static bool modbus_master_answered(struct modbus_master *self, bool is_last,
+                                   int64_t heard_ns)
+{
+    struct hal_modbus_reply *reply =
+        &self->reply[modbus_master_slot(self->reply_head, self->reply_count)];
+    const unsigned length =
+        modbus_listener_find(&self->listener, is_last, reply);
+
+    if (length == 0)
+        return false;
+    modbus_echo_note(&self->echo, &self->listener);
+    reply->answer_ns =
+        heard_ns -
+        modbus_rtu_chars_ns(&self->time, self->listener.length + length);
+    self->stats.stray += self->listener.length;
+    self->state = MODBUS_MASTER_ENDING;
+    self->deadline_ns = heard_ns + self->time.gap_ns;
+    return true;
+}
+
+static void modbus_master_ended(struct modbus_master *self, int64_t now_ns)
+{
+    modbus_master_finish(
+        self,
+        &self->reply[modbus_master_slot(self->reply_head, self->reply_count)],
+        now_ns);
+    modbus_master_idle(self, now_ns);
+}
+
+/* Nothing more is waited for. */
 static void modbus_master_wait(struct modbus_master *self, int64_t now_ns)
 {
-    if (self->receiver.length > 0)
-        modbus_master_judge(self, now_ns);
-    else if (modbus_master_broadcasts(self))
+    struct hal_modbus_reply *reply =
+        &self->reply[modbus_master_slot(self->reply_head, self->reply_count)];
+
+    if (modbus_master_broadcasts(self))
         modbus_master_broadcast_done(self, now_ns);
-    else
-        modbus_master_fail(self, MOTION_E_TIMEOUT, now_ns);
+    else if (!modbus_master_answered(self, true, self->heard_ns))
+        modbus_master_fail(self, reply->err, now_ns);
 }
 
 /* A line that somebody never lets go of must not keep its callers waiting. */
 static void modbus_master_drain_step(struct modbus_master *self, int64_t now_ns)
 {
     if (now_ns >= self->deadline_ns) {
-        self->state = MODBUS_MASTER_IDLE;
-        self->free_ns = now_ns;
+        modbus_master_idle(self, now_ns);
     } else if (now_ns >= self->drain_limit_ns && self->box_count > 0) {
         self->sent_ns = now_ns;
         modbus_master_fail(self, MOTION_E_TIMEOUT, now_ns);
@@ -205,6 +224,33 @@ static void modbus_master_refuse(struct modbus_master *self, int64_t now_ns)
 
 /* ---- the station ---- */
 
+/* A device hears the end of a request by silence: what begins within 1.5
+ * characters of it is as what is heard while it is sent. */
+static bool modbus_master_is_early(const struct modbus_master *self,
+                                   unsigned length, int64_t now_ns)
+{
+    return self->state == MODBUS_MASTER_WAITING &&
+           now_ns - modbus_rtu_chars_ns(&self->time, length) <
+               self->sent_end_ns + modbus_rtu_chars_ns(&self->time, 3) / 2;
+}
+
+/* What began in time may end a little later. */
+static void modbus_master_hear(struct modbus_master *self, const uint8_t *bytes,
+                               unsigned length, int64_t now_ns)
+{
+    const int64_t silent_ns = now_ns + self->time.gap_ns;
+
+    modbus_listener_take(&self->listener, bytes, length);
+    self->heard_ns = now_ns;
+    if (modbus_master_is_early(self, length, now_ns))
+        modbus_listener_sent(&self->listener);
+    if (self->state == MODBUS_MASTER_WAITING &&
+        !modbus_master_broadcasts(self) &&
+        !modbus_master_answered(self, false, now_ns) &&
+        self->deadline_ns < silent_ns && silent_ns <= self->limit_ns)
+        self->deadline_ns = silent_ns;
+}
+
 static void modbus_master_recv(struct modbus_station *station,
                                const uint8_t *bytes, unsigned length,
                                int64_t now_ns)
@@ -212,15 +258,14 @@ static void modbus_master_recv(struct modbus_station *station,
     struct modbus_master *self = modbus_master_of(station);
 
     switch (self->state) {
+    case MODBUS_MASTER_SENDING:
     case MODBUS_MASTER_WAITING:
-        modbus_receiver_take(&self->receiver, bytes, length, now_ns);
-        self->deadline_ns = now_ns + self->time.gap_ns;
+        modbus_master_hear(self, bytes, length, now_ns);
         return;
     case MODBUS_MASTER_DRAINING:
         self->deadline_ns = now_ns + self->config.drain_ns;
         break;
-    case MODBUS_MASTER_SENDING:
-        self->disturbed = true;
+    case MODBUS_MASTER_ENDING:
         break;
     case MODBUS_MASTER_IDLE:
         self->free_ns = now_ns + self->time.gap_ns;
@@ -245,6 +290,7 @@ static int64_t modbus_master_due_ns(const struct modbus_station *station)
             return self->drain_limit_ns;
         return self->deadline_ns;
     case MODBUS_MASTER_WAITING:
+    case MODBUS_MASTER_ENDING:
         break;
     }
     return self->deadline_ns;
@@ -264,6 +310,8 @@ static unsigned modbus_master_poll(struct modbus_station *station,
     }
     if (self->state == MODBUS_MASTER_WAITING)
         modbus_master_wait(self, now_ns);
+    else if (self->state == MODBUS_MASTER_ENDING)
+        modbus_master_ended(self, now_ns);
     else if (self->state == MODBUS_MASTER_DRAINING)
         modbus_master_drain_step(self, now_ns);
     if (self->state == MODBUS_MASTER_IDLE && self->box_count > 0)
@@ -289,8 +337,12 @@ static void modbus_master_sent(struct modbus_station *station, int64_t now_ns)
 
     if (self->state != MODBUS_MASTER_SENDING)
         return;
+    modbus_listener_sent(&self->listener);
+    self->sent_end_ns = now_ns;
     self->state = MODBUS_MASTER_WAITING;
     self->deadline_ns = now_ns + modbus_master_patience_ns(self);
+    self->limit_ns = self->deadline_ns +
+                     modbus_rtu_chars_ns(&self->time, MODBUS_RTU_FRAME_MAX);
 }
 
 static const struct modbus_station_ops modbus_master_station_ops = {
@@ -314,6 +366,7 @@ int modbus_master_init(struct modbus_master *self,
         .modbus.ops = &modbus_master_ops,
         .station.ops = &modbus_master_station_ops,
         .config = *config,
+        .echo.is_known = config->echo,
     };
     if (modbus_rtu_time_init(&self->time, &config->line) != MOTION_OK ||
         modbus_master_default(&self->config.timeout_ns, TIMEOUT_NS) < 0 ||

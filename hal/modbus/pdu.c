@@ -305,6 +305,36 @@ unsigned modbus_pdu_answer_length(const struct hal_modbus_request *request)
     return 1 + 2 * modbus_pdu_echo_count(request->function);
 }
 
+/* 2B: 0E 01 conformity more next count, then number, length, text of each. */
+static unsigned modbus_pdu_objects_whole(const uint8_t *pdu, unsigned length)
+{
+    unsigned whole = 7;
+
+    for (unsigned i = 0; length >= 7 && i < pdu[6] && whole <= MODBUS_PDU_MAX;
+         i++) {
+        if (whole + 2 > length)
+            return 0;
+        whole += 2u + pdu[whole + 1];
+    }
+    return length < 7 ? 0 : whole;
+}
+
+unsigned modbus_pdu_answer_whole(const struct hal_modbus_request *request,
+                                 const uint8_t *pdu, unsigned length)
+{
+    if (length == 0)
+        return 0;
+    if (pdu[0] == (request->function | EXCEPTION_BIT))
+        return 2;
+    if (pdu[0] != request->function)
+        return MODBUS_PDU_MAX + 1;
+    if (request->function == HAL_MODBUS_IDENTIFY)
+        return modbus_pdu_objects_whole(pdu, length);
+    if (request->function == HAL_MODBUS_REPORT)
+        return length < 2 ? 0 : 2u + pdu[1];
+    return modbus_pdu_answer_length(request);
+}
+
 /* The lowest first; those of the last byte that were not asked for are 0. */
 static void modbus_pdu_put_bits(const uint16_t *value, unsigned count,
                                 uint8_t *at)

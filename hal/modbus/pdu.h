@@ -26,6 +26,11 @@ int modbus_pdu_put_request(const struct hal_modbus_request *request,
 /* Bytes of the answer to it when the slave does what was asked. */
 unsigned modbus_pdu_answer_length(const struct hal_modbus_request *request);
 
+/* Bytes of the answer to it that begins with these; 0: too few to say; above
+ * MODBUS_PDU_MAX: none begins so. */
+unsigned modbus_pdu_answer_whole(const struct hal_modbus_request *request,
+                                 const uint8_t *pdu, unsigned length);
+
 /* Fill in err, exception, count and value of *reply.  MOTION_E_PROTOCOL for
  * whatever is not an answer to this request: another function, another length,
  * an echo that differs. */

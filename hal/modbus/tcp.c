@@ -53,3 +53,36 @@ void modbus_tcp_take_answer(const struct hal_modbus_request *request,
     modbus_pdu_take_answer(request, frame + MODBUS_TCP_HEAD,
                            length - MODBUS_TCP_HEAD, reply);
 }
+
+static void modbus_tcp_drop(struct modbus_tcp_stream *stream, unsigned count)
+{
+    stream->length -= count;
+    for (unsigned i = 0; i < stream->length; i++)
+        stream->byte[i] = stream->byte[i + count];
+}
+
+bool modbus_tcp_find(struct modbus_tcp_stream *stream,
+                     const struct hal_modbus_request *request,
+                     uint16_t transaction, struct hal_modbus_reply *reply)
+{
+    unsigned whole;
+
+    while ((whole = modbus_tcp_whole(stream->byte, stream->length)) != 0 &&
+           (whole <= stream->length || whole > MODBUS_TCP_FRAME_MAX)) {
+        const bool is_frame = whole <= MODBUS_TCP_FRAME_MAX;
+        const bool is_ours =
+            is_frame && modbus_pdu_get(stream->byte) == transaction;
+
+        if (is_ours)
+            modbus_tcp_take_answer(request, transaction, stream->byte, whole,
+                                   reply);
+        else if (is_frame)
+            stream->late++;
+        else
+            stream->strays++;
+        modbus_tcp_drop(stream, is_frame ? whole : 1);
+        if (is_ours)
+            return true;
+    }
+    return false;
+}

@@ -126,8 +126,8 @@ int machine_fault_init(struct machine_fault *self,
                                      sizeof *self->intruder);
     self->talker = memory_pool_new(&self->memory, sim->rig->bus_count,
                                    sizeof *self->talker);
-    self->timeouts = memory_pool_new(&self->memory, sim->rig->bus_count,
-                                     sizeof *self->timeouts);
+    self->connection = memory_pool_new(&self->memory, sim->rig->bus_count,
+                                       sizeof *self->connection);
     for (unsigned i = 0; i < FAULT_EVENTS; i++)
         self->event_ns[i] = -1;
     for (unsigned i = 0; i < script->count && err == MOTION_OK; i++)

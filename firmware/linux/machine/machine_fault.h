@@ -17,17 +17,24 @@
 
 struct cJSON;
 
+/* What is seen of a connection on TCP. */
+struct machine_fault_connection {
+    uint64_t timeouts; /* so far */
+    unsigned silent;   /* of these, since its other end is gone */
+    int64_t closed_ns; /* since then */
+};
+
 struct machine_fault {
     const struct fault_script *script;
     struct machine_sim *sim;
     struct memory_pool memory;
     /* of each axis on a CAN bus: of what it sends, what it is sent */
     struct sim_can_trouble *trouble, *trouble_in;
-    struct sim_can_port *intruder;       /* another master, of each CAN bus */
-    struct sim_modbus_intruder *talker;  /* of each Modbus RTU line */
-    uint64_t *timeouts;                  /* of each bus, that were seen */
-    int64_t start_ns;                    /* t = 0 of what is written */
-    int64_t event_ns[FAULT_EVENTS];      /* on the clock; -1: not yet */
+    struct sim_can_port *intruder;      /* another master, of each CAN bus */
+    struct sim_modbus_intruder *talker; /* of each Modbus RTU line */
+    struct machine_fault_connection *connection; /* of each bus */
+    int64_t start_ns;                            /* t = 0 of what is written */
+    int64_t event_ns[FAULT_EVENTS];              /* on the clock; -1: not yet */
     int64_t pos_q32[FAULT_ENTRIES_MAX];  /* of its axis, at the step before */
     int64_t begun_ns[FAULT_ENTRIES_MAX]; /* on the clock; -1: not yet */
     uint64_t active; /* a bit per entry: begun, and not over.  What is over at

@@ -88,6 +88,7 @@ void machine_fault_modbus(struct machine_fault *self,
 
 /* Silences of a line that another master leaves, so that we get a turn too. */
 #define FAULT_PAUSE_NS INT64_C(20000000)
+#define TRIES          3 /* of a connection */
 
 int machine_fault_place_talker(struct machine_fault *self, unsigned bus,
                                uint64_t seed)
@@ -142,7 +143,7 @@ void machine_fault_modbus_line(struct machine_fault *self,
         machine_fault_drives(self, entry, begins);
         break;
     case FAULT_ECHO:
-        line->echo = begins;
+        line->echo = begins || self->sim->rig->bus[bus].modbus.echo;
         break;
     case FAULT_TURN_AROUND:
         line->turn_ns = begins ? entry->value : 0;
@@ -156,7 +157,8 @@ void machine_fault_modbus_line(struct machine_fault *self,
         break;
     case FAULT_HANG_UP:
         line->closed = begins;
-        self->sim->master[bus].down = begins;
+        self->sim->master[bus].down = false;
+        self->connection[bus].closed_ns = self->sim->world.now_ns;
         break;
     default:
         machine_fault_drives(self, entry, begins);
@@ -176,17 +178,29 @@ static void machine_fault_forget(struct machine_sim *sim, unsigned bus)
     }
 }
 
-void machine_fault_connect(struct machine_fault *self)
+/* As hal/linux/libmodbus.h does it: a late answer is dropped by its number; one that
+ * has said nothing to three requests is made anew; one that was closed is gone after
+ * three time-outs. */
+static void machine_fault_look(struct machine_fault *self, unsigned bus)
 {
     struct machine_sim *sim = self->sim;
+    struct machine_fault_connection *connection = &self->connection[bus];
+    struct sim_modbus_line *line = &sim->modbus_line[bus];
+    struct modbus_master *master = &sim->master[bus];
 
-    for (unsigned i = 0; i < sim->rig->bus_count; i++) {
-        const uint64_t timeouts = sim->master[i].stats.timeouts;
-        if (sim->rig->bus[i].kind != RIG_MODBUS_TCP ||
-            timeouts == self->timeouts[i])
-            continue;
-        self->timeouts[i] = timeouts;
-        sim->modbus_line[i].deaf = false;
-        machine_fault_forget(sim, i);
-    }
+    master->down = line->closed && sim->world.now_ns - connection->closed_ns >=
+                                       TRIES * master->config.timeout_ns;
+    if (master->stats.timeouts == connection->timeouts)
+        return;
+    connection->timeouts = master->stats.timeouts;
+    connection->silent = line->deaf ? connection->silent + 1 : 0;
+    line->deaf = line->deaf && connection->silent < TRIES;
+    machine_fault_forget(sim, bus);
+}
+
+void machine_fault_connect(struct machine_fault *self)
+{
+    for (unsigned i = 0; i < self->sim->rig->bus_count; i++)
+        if (self->sim->rig->bus[i].kind == RIG_MODBUS_TCP)
+            machine_fault_look(self, i);
 }

@@ -9,13 +9,17 @@
 #include "sim/device/modbus/makers.h"
 
 #define MACHINE_SIM_ENABLE_NS INT64_C(80000000) /* its brake lets go */
+#define TCP_DRAIN_NS          INT64_C(1000000)
 
 int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
                             unsigned i)
 {
     const struct modbus_master_config config = {
         .line = modbus_budget_line(rig, i),
+        .echo = rig->bus[i].modbus.echo,
         .timeout_ns = modbus_budget_timeout_ns(rig, i),
+        /* TCP knows an answer of before by its number */
+        .drain_ns = rig->bus[i].kind == RIG_MODBUS_TCP ? TCP_DRAIN_NS : 0,
     };
     int err =
         sim_modbus_line_init(&sim->modbus_line[i], &sim->world, &config.line);
@@ -26,6 +30,7 @@ int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
     if (err < 0)
         return err;
     sim->modbus_line[i].adapter = &sim->seat[i];
+    sim->modbus_line[i].echo = rig->bus[i].modbus.echo;
     return sim_modbus_seat_init(&sim->seat[i], &sim->modbus_line[i],
                                 &sim->master[i].station);
 }

@@ -47,6 +47,7 @@ static int modbus_device_build(struct modbus_device *device,
     modbus_host_init(&device->host, &device->world);
     device->host.wire = &device->line;
     err = sim_modbus_line_init(&device->line, &device->world, &line);
+    device->line.echo = rig->bus[bus].modbus.echo;
     for (unsigned i = 0; err == MOTION_OK && i < rig->axis_count; i++)
         if (rig->axis[i].bus == bus)
             err = modbus_device_servo(device, rig, i);

@@ -21,7 +21,8 @@
  *
  * It goes by `torque`, or `enabled`, of the map; of a drive that has neither,
  * the writes that it confirmed must do.  A drive that says it has none is not
- * stopped, only disabled.  Nothing is believed of a drive that does not answer,
+ * stopped, only disabled.  What could not be sent, as the connection is gone, is sent
+ * when there is one.  Nothing is believed of a drive that does not answer,
  * but it may hear: every write of the round is sent to it once, 200 ms after
  * the last one that failed, so that it costs others on the line little; the
  * wait for standstill then is that of a stop from full speed.  A drive that is

@@ -128,6 +128,8 @@ void drive_modbus_off_reply(struct drive_modbus *self,
     const bool refused = reply->err == MOTION_E_REFUSED;
 
     self->run.requested = false;
+    if (reply->err == MOTION_E_IO)
+        return; /* nobody has heard it: again, so that none is left out */
     if (refused && drive_modbus_is_passing(reply) &&
         ++self->run.tries < DRIVE_MODBUS_STEP_TRIES)
         return;

@@ -100,16 +100,13 @@ static inline void libmodbus_bench_end(struct libmodbus_bench *bench)
     bench->is_open = bench->has_host = false;
 }
 
-/* One register. */
 static inline struct hal_modbus_reply
-libmodbus_bench_read(struct libmodbus_bench *bench, uint16_t address)
+libmodbus_bench_ask(struct libmodbus_bench *bench,
+                    const struct hal_modbus_request *request)
 {
-    const struct hal_modbus_request request = {
-        .unit = UNIT, .function = 3, .address = address, .count = 1
-    };
     struct hal_modbus_reply reply = { .err = MOTION_E_AGAIN };
 
-    assert_int_equal(hal_modbus_submit(&bench->libmodbus.modbus, &request, 0),
+    assert_int_equal(hal_modbus_submit(&bench->libmodbus.modbus, request, 0),
                      0);
     for (unsigned i = 0; i < PATIENCE; i++) {
         if (hal_modbus_collect(&bench->libmodbus.modbus, &reply) == 1)
@@ -118,6 +115,17 @@ libmodbus_bench_read(struct libmodbus_bench *bench, uint16_t address)
     }
     fail_msg("no reply");
     return reply;
+}
+
+/* One register. */
+static inline struct hal_modbus_reply
+libmodbus_bench_read(struct libmodbus_bench *bench, uint16_t address)
+{
+    const struct hal_modbus_request request = {
+        .unit = UNIT, .function = 3, .address = address, .count = 1
+    };
+
+    return libmodbus_bench_ask(bench, &request);
 }
 
 #endif

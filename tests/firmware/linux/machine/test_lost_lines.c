@@ -29,6 +29,7 @@ enum corrupt {
     CORRUPT_UNIT,
     CORRUPT_TRANSACTION,
     CORRUPT_CLOSE, /* once; it listens on */
+    CORRUPT_AWAY,  /* every one, until it is told otherwise */
 };
 
 struct line {
@@ -84,6 +85,7 @@ static void device_send(struct line *self, uint8_t *frame, unsigned length)
         break;
     case CORRUPT_NONE:
     case CORRUPT_CLOSE:
+    case CORRUPT_AWAY:
         break;
     }
     (void)send(self->fd, frame, length, MSG_NOSIGNAL);
@@ -123,7 +125,8 @@ static void *device_run(void *context)
         int close_once = CORRUPT_CLOSE;
 
         if (atomic_compare_exchange_strong(&self->corrupt, &close_once,
-                                           CORRUPT_NONE))
+                                           CORRUPT_NONE) ||
+            close_once == CORRUPT_AWAY)
             device_close(self);
         (void)poll(wait, 2, 1);
         sim_world_run(&self->bench.world, clock_ns());
@@ -336,7 +339,7 @@ static void expect_dark(struct line *self, enum corrupt corrupt, bool heals)
                  hal_drive_state_text(bench->feedback.state), text);
 }
 
-static void lose(bool is_tcp, enum corrupt kind, bool heals)
+static void move_all(bool is_tcp)
 {
     for (unsigned i = 0; i < LINES; i++)
         open_line(&line[i], i < 2 ? STRICT_LEXIUM : STRICT_EL7, is_tcp,
@@ -350,8 +353,15 @@ static void lose(bool is_tcp, enum corrupt kind, bool heals)
     pass(500 * MS);
     for (unsigned i = 0; i < LINES; i++) {
         assert_int_equal(line[i].bench.feedback.state, HAL_DRIVE_ENABLED);
-        corrupt(&line[i], kind);
+        line[i].broke = false; /* as it was before it was up */
     }
+}
+
+static void lose(bool is_tcp, enum corrupt kind, bool heals)
+{
+    move_all(is_tcp);
+    for (unsigned i = 0; i < LINES; i++)
+        corrupt(&line[i], kind);
     pass(heals ? 1500 * MS : 5000 * MS);
     for (unsigned i = 0; i < LINES && heals; i++)
         corrupt(&line[i], CORRUPT_NONE);
@@ -373,11 +383,32 @@ static void none_on_tcp_keeps_its_torque(void **state)
     lose(true, CORRUPT_TRANSACTION, false);
 }
 
-/* It closes and is there again at once: it may have been off meanwhile. */
+/* It closes, and is there again within three time-outs: what the drives say then
+ * is what counts. */
+static void a_connection_that_is_had_again_goes_on(void **state)
+{
+    struct hal_modbus_stats stats;
+
+    (void)state;
+    move_all(true);
+    for (unsigned i = 0; i < LINES; i++)
+        corrupt(&line[i], CORRUPT_CLOSE);
+    pass(1000 * MS);
+    for (unsigned i = 0; i < LINES; i++) {
+        assert_int_equal(line[i].bench.feedback.state, HAL_DRIVE_ENABLED);
+        assert_false(line[i].broke);
+        hal_modbus_stats(&line[i].libmodbus.modbus, &stats);
+        assert_int_equal(stats.reconnects, 1);
+    }
+    for (unsigned i = 0; i < LINES; i++)
+        close_line(&line[i]);
+}
+
+/* It closes each, for longer. */
 static void a_connection_that_broke_is_the_bus_gone(void **state)
 {
     (void)state;
-    lose(true, CORRUPT_CLOSE, true);
+    lose(true, CORRUPT_AWAY, true);
     for (unsigned i = 0; i < LINES; i++) {
         assert_true(line[i].broke);
         assert_string_equal(line[i].bench.feedback.fault_text,
@@ -397,6 +428,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(none_on_tcp_keeps_its_torque),
+        cmocka_unit_test(a_connection_that_is_had_again_goes_on),
         cmocka_unit_test(a_connection_that_broke_is_the_bus_gone),
         cmocka_unit_test(none_on_a_terminal_keeps_its_torque),
     };

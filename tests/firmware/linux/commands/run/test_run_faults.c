@@ -150,7 +150,7 @@ static const struct {
       "a: ", "a: " },
     { "{fault: noise, bus: net, rate: 100 %, direction: from, at: 1 s}",
       "a: ", "a: " },
-    { "{fault: echo, bus: net, at: 1 s}", "a: ", "bus is no Modbus RTU line" },
+    { "{fault: echo, bus: net, at: 1 s}", "done", "bus is no Modbus RTU line" },
     { "{fault: collision, bus: net, at: 1 s}",
       "a: ", "bus is no Modbus RTU line" },
     { "{fault: babble, bus: net, at: 1 s}",
@@ -160,11 +160,11 @@ static const struct {
     { "{fault: turn_around, bus: net, delay: 0.2 ms, at: 1 s}", "done",
       "bus is no Modbus RTU line" },
     { "{fault: half_open, bus: net, at: 1 s}",
-      "bus is no Modbus TCP connection", "done" },
+      "bus is no Modbus TCP connection", "a: " },
     { "{fault: hang_up, bus: net, at: 1 s}", "bus is no Modbus TCP connection",
       "the bus is down" },
     { "{fault: hang_up, bus: net, at: 1 s, for: 100 ms}",
-      "bus is no Modbus TCP connection", "the bus is down" },
+      "bus is no Modbus TCP connection", "done" },
 };
 
 static unsigned modbus_wrong(const char *entry, const char *says)
