@@ -158,8 +158,10 @@ struct hal_drive_feedback {
     uint32_t steps; /* counts on while it is being found or enabled, so that a
                        slow drive can be told from one that does not go on; 0:
                        it does not tell */
-    uint16_t fault_code; /* maker's or profile's code, 0: none */
-    char fault_text[64]; /* why it is in FAULT or OFFLINE, for a person */
+    uint16_t fault_code;     /* maker's or profile's code, 0: none */
+    bool fault_code_awaited; /* in FAULT: it is being asked for its code, which
+                                completes fault_text too */
+    char fault_text[64];     /* why it is in FAULT or OFFLINE, for a person */
 };
 
 /* What a search found before it switched the drive off: one that has torque,

@@ -211,23 +211,45 @@ controller_react(struct controller *controller)
     controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
 }
 
+/* What the drive says of it once it has been asked: not what becomes of it then. */
+static __attribute__((cold)) void
+controller_complete_fault(struct controller *controller)
+{
+    struct controller_fault_record *fault = &controller->fault;
+    const struct hal_drive_feedback *feedback;
+    const bool is_new = fault->t_ns == controller->now_ns;
+
+    if (fault->axis < 0) {
+        fault->is_whole = true;
+        return;
+    }
+    feedback = &controller->axis[fault->axis].feedback;
+    if (is_new || feedback->state == HAL_DRIVE_FAULT) {
+        fault->drive_code = feedback->fault_code;
+        for (unsigned i = 0; i < sizeof fault->reason; i++)
+            fault->reason[i] = feedback->fault_text[i];
+    }
+    fault->is_whole = !feedback->fault_code_awaited ||
+                      controller->now_ns - fault->t_ns >= CONTROLLER_REASON_NS;
+}
+
 __attribute__((cold)) void controller_raise(struct controller *controller,
                                             enum controller_fault fault,
                                             int axis, int64_t value,
                                             int64_t limit)
 {
     const enum controller_reaction reaction = fault_reaction[fault];
-    if (controller->fault.fault == CONTROLLER_FAULT_NONE)
+    if (controller->fault.fault == CONTROLLER_FAULT_NONE) {
         controller->fault = (struct controller_fault_record){
             .fault = fault,
             .axis = axis,
             .t_ns = controller->now_ns,
             .value = value,
             .limit = limit,
-            .drive_code =
-                axis < 0 ? 0 : controller->axis[axis].feedback.fault_code,
             .bus = controller->bus,
         };
+        controller_complete_fault(controller);
+    }
     if (reaction <= controller->reaction)
         return;
     /* the ramp that a hold has begun serves a stop as well */
@@ -558,6 +580,9 @@ void controller_step(struct controller *controller, int64_t now_ns,
     controller_watch_read(controller);
     controller->bus = bus;
     controller_watch_judge(controller);
+    if (controller->fault.fault != CONTROLLER_FAULT_NONE &&
+        !controller->fault.is_whole)
+        controller_complete_fault(controller);
     step[controller->state](controller);
     controller_goal_step(controller);
 }

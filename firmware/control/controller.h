@@ -144,8 +144,12 @@ struct controller_fault_record {
     int64_t t_ns;
     int64_t value, limit; /* Q32.32 units, ns for ages, ticks for overruns */
     uint16_t drive_code;
+    char reason[64]; /* the drive's own words, "" where there are none */
+    bool is_whole; /* code and reason are what they remain: a drive may be asked
+                        for them first, CONTROLLER_REASON_NS at most */
     struct hal_fieldbus_worst bus; /* in that tick */
 };
+#define CONTROLLER_REASON_NS INT64_C(1000000000)
 
 struct controller_axis_config {
     /* its range; a set point may be MOTION_TRACK_POS_ROUNDING beyond.  Not the

@@ -81,7 +81,8 @@ struct telemetry_row {
     struct motion_clock_rate rate;
     enum telemetry_phase phase;
     int state;                   /* enum controller_state */
-    bool is_fault;               /* one is latched; not in the file */
+    bool is_fault, is_told;      /* one is latched, and its reason is whole; not
+                                    in the file */
     struct telemetry_axis *axis; /* of the rig */
     uint32_t *bus_warnings; /* so far, of each of its buses; not in the file */
     struct telemetry_shot *shot; /* of its trigger lines, in order */

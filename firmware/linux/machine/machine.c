@@ -513,7 +513,7 @@ void machine_fault_text(const struct machine *machine,
         return;
     machine_trouble_text(machine, trouble);
     if (fault->axis >= 0)
-        words = controller->axis[fault->axis].feedback.fault_text;
+        words = fault->reason;
     snprintf(
         text, MACHINE_FAULT_MAX, "%s: %s%s%s",
         fault->axis < 0 ? "all axes" : machine->rig->axis[fault->axis].name,

@@ -330,7 +330,7 @@ static const char *player_fault_text(const struct player *player)
     const char *error = compiled != NULL ? compiled_error(compiled) : NULL;
     if (controller->fault.fault == CONTROLLER_FAULT_TRACK)
         return error != NULL ? error : "";
-    return controller->axis[controller->fault.axis].feedback.fault_text;
+    return controller->fault.reason;
 }
 
 static void player_note_fault(struct player *player)
@@ -338,7 +338,8 @@ static void player_note_fault(struct player *player)
     const struct controller *controller = &player->machine->controller;
     struct report *report = player->observer.report;
     if (controller->fault.fault == CONTROLLER_FAULT_NONE ||
-        report->fault.fault != CONTROLLER_FAULT_NONE)
+        (report->fault.fault != CONTROLLER_FAULT_NONE &&
+         report->fault.is_whole))
         return;
     report->fault = controller->fault;
     report->monitored =

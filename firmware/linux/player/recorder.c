@@ -58,6 +58,7 @@ void recorder_look(struct telemetry_row *row, const struct machine *machine)
     row->rate = controller->rate;
     row->state = (int)controller->state;
     row->is_fault = controller->fault.fault != CONTROLLER_FAULT_NONE;
+    row->is_told = row->is_fault && controller->fault.is_whole;
     row->waits_for = machine->step.waits ? machine->step.frame : 0;
     row->guardian_lost = machine->sight.lost;
     row->guardian_gone = machine->sight.is_gone;
@@ -131,6 +132,7 @@ bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
     to->phase = row->phase;
     to->state = row->state;
     to->is_fault = row->is_fault;
+    to->is_told = row->is_told;
     to->faults = row->faults;
     to->waits_for = row->waits_for;
     to->played = row->played;

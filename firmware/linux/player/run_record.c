@@ -86,17 +86,22 @@ static void run_record_faults(struct run_record *self,
     }
 }
 
-void run_record_take(struct run_record *self, const struct telemetry_row *row)
+/* The time is that at which it was seen, however late its drive has said why. */
+static void run_record_fault(struct run_record *self)
 {
     char text[REPORT_FAULT_MAX];
+    report_fault_text(self->report, text);
+    if (!self->fault_noted && text[0] != 0)
+        record_note(&self->record, self->report->fault_ns, RECORD_ERROR, text);
+    self->fault_noted = true;
+}
+
+void run_record_take(struct run_record *self, const struct telemetry_row *row)
+{
     record_write(&self->record, row);
     run_record_faults(self, row);
-    if (self->fault_noted || !row->is_fault)
-        return;
-    self->fault_noted = true;
-    report_fault_text(self->report, text);
-    if (text[0] != 0)
-        record_note(&self->record, row->t_ns, RECORD_ERROR, text);
+    if (row->is_told && !self->fault_noted)
+        run_record_fault(self);
 }
 
 int run_record_end(struct run_record *self)
@@ -109,6 +114,7 @@ int run_record_end(struct run_record *self)
                                report->realtime };
     for (int i = 0; i < 5; i++)
         snprintf(number[i], sizeof number[i], "%" PRId64, value[i]);
+    run_record_fault(self);
     report_fault_text(report, fault);
     const char *const pair[][2] = {
         { "end", report_end_text(report->end) },

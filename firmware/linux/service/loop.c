@@ -64,8 +64,10 @@ static void loop_say(struct service_loop *loop, enum service_event_kind kind)
         .fault = loop->machine->controller.fault.fault,
         .count = loop->machine->controller.ticks_lost,
     };
-    if (kind == SERVICE_EVENT_FAULT)
+    if (kind == SERVICE_EVENT_FAULT) {
+        event.now_ns = loop->machine->controller.fault.t_ns;
         machine_fault_text(loop->machine, event.text);
+    }
     if (kind == SERVICE_EVENT_HOMING)
         loop_homing_text(loop->machine, event.text);
     service_board_put(&loop->board, &event);
@@ -132,8 +134,7 @@ static void loop_say_events(struct service_loop *loop)
     for (unsigned i = 0; i < loop->machine->rig->bus_count; i++)
         loop_say_bus(loop, i);
     loop_say_guardian(loop);
-    if (controller->fault.fault != loop->fault &&
-        controller->fault.fault != CONTROLLER_FAULT_NONE)
+    if (controller->fault.is_whole && !loop->fault_told)
         loop_say(loop, SERVICE_EVENT_FAULT);
     if (loop->homing && !homing)
         loop_say(loop, SERVICE_EVENT_HOMING);
@@ -144,7 +145,7 @@ static void loop_say_events(struct service_loop *loop)
         loop->lost_ns = loop->now_ns;
     }
     loop->state = controller->state;
-    loop->fault = controller->fault.fault;
+    loop->fault_told = controller->fault.is_whole;
     loop->homing = homing;
 }
 

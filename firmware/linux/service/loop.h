@@ -74,8 +74,7 @@ struct service_loop {
     uint64_t lost; /* as it was said last, and when */
     int64_t lost_ns;
     enum controller_state state;
-    enum controller_fault fault;
-    bool homing;
+    bool fault_told, homing;
     struct row_notes_axis *axis_said;
     struct row_notes_bus *bus_said;
     uint32_t guardian_said;

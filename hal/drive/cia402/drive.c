@@ -173,6 +173,7 @@ static void drive_cia402_feedback(struct hal_drive *drive,
         .events = self->events,
         .steps = self->steps,
         .fault_code = self->fault_code,
+        .fault_code_awaited = drive_cia402_awaits_code(self),
     };
     drive_cia402_put_limits(self, feedback);
     drive_cia402_put_own(self, feedback);

@@ -373,8 +373,11 @@ struct drive_cia402 {
     unsigned lag_syncs; /* it has been low since */
 
     uint16_t emcy_code;  /* last heard, 0 after "all clear" */
+    int64_t emcy_ns;     /* when */
     uint16_t fault_code; /* latched */
-    bool fault_code_requested;
+    bool code_is_reason; /* it is latched for a fault of the drive's own */
+    unsigned code_tries; /* that are left to ask for it by SDO */
+    int64_t code_due_ns;
     char fault_text[64];
 };
 

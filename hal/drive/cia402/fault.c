@@ -4,6 +4,9 @@
 #define REMOTE  0x0200
 #define VOLTAGE 0x0010
 
+#define EMCY_NS       INT64_C(100000000) /* before its statusword, at most */
+#define CODE_AGAIN_NS INT64_C(50000000)
+
 struct hal_text drive_cia402_say(struct drive_cia402 *self, const char *words)
 {
     struct hal_text text;
@@ -30,7 +33,9 @@ void drive_cia402_latch(struct drive_cia402 *self)
     self->request = HAL_DRIVE_REQUEST_QUICK_STOP;
     drive_cia402_modes_reset(self);
     self->preloaded = false;
-    self->fault_code_requested = false;
+    self->code_is_reason = false;
+    self->code_tries = DRIVE_CIA402_TRIES;
+    self->code_due_ns = self->now_ns;
     drive_cia402_drop_list(self);
 }
 
@@ -47,23 +52,55 @@ void drive_cia402_lose(struct drive_cia402 *self, enum hal_drive_state state)
 
 void drive_cia402_say_fault(struct drive_cia402 *self, uint16_t code)
 {
-    struct hal_text text;
+    struct hal_text text = drive_cia402_say(self, "drive fault 0x");
 
     self->fault_code = code;
-    if (code == 0) {
-        drive_cia402_say(self, "drive fault, it gives no code");
-        return;
-    }
-    text = drive_cia402_say(self, "drive fault 0x");
     hal_text_hex(&text, code, 4);
     hal_text_put(&text, ": ");
     hal_text_put(&text, canopen_emcy_text(code));
 }
 
+/* An emergency that came with it has its code; one of long ago has another. */
 void drive_cia402_latch_fault(struct drive_cia402 *self)
 {
     drive_cia402_latch(self);
-    drive_cia402_say_fault(self, self->emcy_code);
+    if (self->emcy_code != 0 && self->now_ns - self->emcy_ns <= EMCY_NS) {
+        drive_cia402_say_fault(self, self->emcy_code);
+        return;
+    }
+    drive_cia402_say(self, "drive fault");
+    self->code_is_reason = true;
+}
+
+bool drive_cia402_awaits_code(const struct drive_cia402 *self)
+{
+    const enum cia402_state power = drive_cia402_power(self);
+
+    return self->phase == DRIVE_CIA402_LATCHED && self->fault_code == 0 &&
+           self->code_tries > 0 &&
+           (power == CIA402_FAULT_REACTION || power == CIA402_FAULT);
+}
+
+static void fault_has_no_code(struct drive_cia402 *self)
+{
+    self->code_due_ns = self->now_ns + CODE_AGAIN_NS;
+    if (--self->code_tries == 0 && self->code_is_reason)
+        drive_cia402_say(self, "drive fault, it gives no code");
+}
+
+/* 0x603F of this axis, which a drive may fill in a moment after its statusword. */
+void drive_cia402_code_step(struct drive_cia402 *self)
+{
+    uint32_t code = 0;
+    const int err = canopen_sdo_take(&self->node, &code, NULL);
+
+    if (err == MOTION_OK && (uint16_t)code != 0)
+        drive_cia402_say_fault(self, (uint16_t)code);
+    else if (err != MOTION_E_STATE && err != MOTION_E_AGAIN)
+        fault_has_no_code(self);
+    else if (err == MOTION_E_STATE && self->now_ns >= self->code_due_ns)
+        (void)canopen_sdo_read(&self->node, self->now_ns,
+                               drive_cia402_object(self, 0x603F), 0);
 }
 
 void drive_cia402_put_status(const struct drive_cia402 *self,

@@ -350,6 +350,9 @@ void drive_cia402_latch_fault(struct drive_cia402 *self);
 void drive_cia402_latch_stuck(struct drive_cia402 *self, int64_t wait_ns);
 void drive_cia402_latch_left(struct drive_cia402 *self);
 void drive_cia402_say_fault(struct drive_cia402 *self, uint16_t code);
+/* It is in fault, and has not told its code yet: it is to be asked. */
+bool drive_cia402_awaits_code(const struct drive_cia402 *self);
+void drive_cia402_code_step(struct drive_cia402 *self);
 
 /* ", 0x6041=0637" */
 void drive_cia402_put_status(const struct drive_cia402 *self,

@@ -267,6 +267,7 @@ static int check_mode(struct drive_cia402 *self, uint32_t value)
 static int check_error_code(struct drive_cia402 *self, uint32_t value)
 {
     self->emcy_code = (uint16_t)value;
+    self->emcy_ns = self->now_ns;
     return MOTION_OK;
 }
 

@@ -406,22 +406,13 @@ static void drive_cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
     }
 }
 
-/* The emergency message usually has told; ask once when it has not. */
-static void drive_cia402_latched_step(struct drive_cia402 *self, int64_t now_ns)
+static void drive_cia402_latched_step(struct drive_cia402 *self)
 {
-    uint32_t code = 0;
-    const bool in_fault = drive_cia402_power(self) == CIA402_FAULT;
-
     if (drive_cia402_power(self) == CIA402_QUICK_STOP_ACTIVE &&
         drive_cia402_stands(self))
         self->request = HAL_DRIVE_REQUEST_OFF; /* 0x605A = 5 to 8: it holds */
-    if (self->fault_code == 0 && in_fault && !self->fault_code_requested)
-        self->fault_code_requested =
-            canopen_sdo_read(&self->node, now_ns,
-                             drive_cia402_object(self, 0x603F), 0) == MOTION_OK;
-    else if (canopen_sdo_take(&self->node, &code, NULL) == MOTION_OK &&
-             self->fault_code == 0 && code != 0)
-        drive_cia402_say_fault(self, (uint16_t)code);
+    if (drive_cia402_awaits_code(self))
+        drive_cia402_code_step(self);
 }
 
 static void drive_cia402_lost_answer(struct drive_cia402 *self, int64_t now_ns)
@@ -480,7 +471,7 @@ void drive_cia402_walk(struct drive_cia402 *self, int64_t now_ns)
         drive_cia402_reset_step(self, now_ns);
         break;
     case DRIVE_CIA402_LATCHED:
-        drive_cia402_latched_step(self, now_ns);
+        drive_cia402_latched_step(self);
         break;
     case DRIVE_CIA402_LOST:
         drive_cia402_lost_step(self, now_ns);

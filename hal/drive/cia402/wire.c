@@ -241,6 +241,7 @@ static void drive_cia402_emcy(struct canopen_node *node, uint16_t code,
     if (!canopen_is_single(node))
         return; /* whose it is, 0x603F says */
     self->emcy_code = code;
+    self->emcy_ns = self->now_ns;
     if (self->phase == DRIVE_CIA402_LATCHED && self->fault_code == 0 &&
         code != 0 && drive_cia402_power(self) >= CIA402_FAULT_REACTION)
         drive_cia402_say_fault(self, code);

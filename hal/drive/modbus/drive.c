@@ -267,6 +267,9 @@ static void take_alarm(struct drive_modbus *self,
     const struct modbus_map *map = self->config.map;
     const struct modbus_map_item *item = &map->item[map->alarm];
 
+    self->alarm_heard =
+        reply->err == MOTION_OK || reply->err == MOTION_E_REFUSED;
+    self->alarm_requested = self->alarm_heard; /* or once more */
     if (reply->err != MOTION_OK || self->phase != DRIVE_MODBUS_LATCHED)
         return;
     self->value[map->alarm] =
@@ -535,6 +538,9 @@ static void drive_modbus_feedback(struct hal_drive *drive,
         .arrived = self->went && self->move == DRIVE_MODBUS_NO_MOVE,
         .homing = self->homing,
         .fault_code = self->fault_code,
+        .fault_code_awaited =
+            self->phase == DRIVE_MODBUS_LATCHED && self->fault_code == 0 &&
+            self->config.map->alarm != MODBUS_MAP_NO_ITEM && !self->alarm_heard,
     };
     feedback->demand_known =
         drive_modbus_demand(self, self->actual_ns, &feedback->demand_q32);

@@ -255,7 +255,7 @@ struct drive_modbus {
     unsigned parameter_at; /* twice: written, then read back */
     unsigned parameter_tries;
     bool parameter_requested;
-    bool alarm_requested;
+    bool alarm_requested, alarm_heard;
 
     /* what is polled */
     int64_t value[MODBUS_MAP_ITEMS_MAX];

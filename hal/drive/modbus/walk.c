@@ -164,7 +164,7 @@ static void walk_off(struct drive_modbus *self)
     self->is_reached = true;
     self->run.sequence = NULL;
     self->off = DRIVE_MODBUS_OFF_DONE;
-    self->alarm_requested = false;
+    self->alarm_requested = self->alarm_heard = false;
     self->fault_code = 0;
     self->fault_text[0] = '\0';
 }

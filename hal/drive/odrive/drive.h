@@ -95,7 +95,8 @@ struct drive_odrive {
     int64_t torque_due_ns;
     bool was_told; /* a position since the last cycle */
     bool passes;   /* in passthrough, as far as we have told it */
-    bool reason_requested;
+    bool reason_heard;
+    int64_t reason_due_ns;
     uint8_t version[8]; /* 0.6: as Get_Version has it */
 };
 

@@ -13,6 +13,8 @@
 #define GO_TAKEN_NS (3 * MS)
 /* From one question for its torque to the next. */
 #define TORQUE_NS (10 * MS)
+/* Likewise for why it has switched itself off. */
+#define REASON_AGAIN_NS (100 * MS)
 
 static struct drive_odrive *odrive_of(struct can_bus_node *node)
 {
@@ -205,16 +207,20 @@ static void odrive_watch(struct drive_odrive *self, int64_t now_ns)
     }
 }
 
-/* Once, when it has switched itself off and the heartbeat does not say why. */
+/* Until it answers, when it has switched itself off and the heartbeat does not say
+ * why. */
 static void odrive_request_reason(struct drive_odrive *self)
 {
     const bool wanted = self->turn.phase == DRIVE_TURN_LATCHED &&
                         self->family == DRIVE_ODRIVE_06 &&
                         self->turn.fault_code == 0;
 
-    if (wanted && !self->reason_requested)
-        odrive_request(self, ODRIVE_GET_ERROR);
-    self->reason_requested = wanted;
+    self->reason_heard = self->reason_heard && wanted;
+    self->turn.code_awaited = wanted && !self->reason_heard;
+    if (!self->turn.code_awaited || self->turn.now_ns < self->reason_due_ns)
+        return;
+    odrive_request(self, ODRIVE_GET_ERROR);
+    self->reason_due_ns = self->turn.now_ns + REASON_AGAIN_NS;
 }
 
 static bool odrive_says_current(const struct drive_odrive *self)
@@ -407,6 +413,7 @@ static void odrive_take_error(struct drive_odrive *self, const uint8_t data[8])
     uint32_t error = hal_float32_get(data);
 
     self->reason = hal_float32_get(&data[4]);
+    self->reason_heard = self->turn.phase == DRIVE_TURN_LATCHED;
     if (error == 0)
         error = self->reason;
     if (self->turn.phase == DRIVE_TURN_LATCHED && self->turn.fault_code == 0 &&

@@ -354,6 +354,7 @@ static void drive_turn_feedback(struct hal_drive *drive,
         .arrived = self->motion != DRIVE_TURN_GO || self->go_done,
         .homing = self->homing,
         .fault_code = self->fault_code,
+        .fault_code_awaited = self->code_awaited,
     };
     if (self->torque_known && self->config.rated_torque_mnm > 0) {
         feedback->torque_known = true;

@@ -181,6 +181,7 @@ struct drive_turn {
     struct drive_turn_past past[DRIVE_TURN_HISTORY];
     unsigned past_at, past_count;
     char fault_text[64];
+    bool code_awaited; /* asked for the cause of a fault, it has not answered */
 };
 
 /* MOTION_E_ARG or MOTION_E_RANGE for a config outside its ranges.  Fills in

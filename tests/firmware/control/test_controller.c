@@ -26,6 +26,8 @@ struct fake_drive {
     int64_t vel_q32;    /* what it says that it does */
     int64_t frozen_ns;  /* feedback stops at this time; 0: it does not */
     bool limit_negative, limit_positive, refuse;
+    bool awaited; /* it does not tell its code yet */
+    const char *words;
     int enable_ticks;
 };
 
@@ -77,8 +79,12 @@ static void fake_feedback(struct hal_drive *drive,
         .limit_negative = self->limit_negative,
         .limit_positive = self->limit_positive,
         .following = true,
-        .fault_code = self->state == HAL_DRIVE_FAULT ? 0x2310 : 0,
+        .fault_code =
+            self->state == HAL_DRIVE_FAULT && !self->awaited ? 0x2310 : 0,
+        .fault_code_awaited = self->state == HAL_DRIVE_FAULT && self->awaited,
     };
+    snprintf(feedback->fault_text, sizeof feedback->fault_text, "%s",
+             self->words != NULL ? self->words : "");
 }
 
 static const struct hal_drive_ops fake_ops = {
@@ -608,6 +614,59 @@ static void every_fault_latches_and_nothing_restarts(void **state)
             fault_in_motion(row, at[i]);
 }
 
+/* The drive tells why a while after its fault, or not at all; what it says later
+ * is of something else. */
+static void the_reason_of_a_drive_completes_the_record(void **state)
+{
+    (void)state;
+    for (int after = 0; after < 1300; after += 100) {
+        struct bench bench;
+        const struct controller_fault_record *fault = &bench.controller.fault;
+        bench_moving(&bench, 120, 1200);
+        bench.drive[1].state = HAL_DRIVE_FAULT;
+        bench.drive[1].awaited = true;
+        bench.drive[1].words = "drive fault";
+        bench_tick(&bench);
+        const int64_t seen_ns = fault->t_ns;
+        for (int n = 0; n < after; n++) {
+            assert_false(fault->is_whole && n < 999);
+            bench_tick(&bench);
+        }
+        assert_string_equal(fault->reason, "drive fault");
+        assert_int_equal(fault->is_whole, after >= 1000);
+        bench.drive[1].awaited = false;
+        bench.drive[1].words = "drive fault 0x2310";
+        bench_tick(&bench);
+        bench.drive[1].words = "left";
+        bench_tick(&bench);
+        assert_true(fault->is_whole);
+        assert_int_equal(fault->fault, CONTROLLER_FAULT_DRIVE);
+        assert_int_equal(fault->t_ns, seen_ns);
+        assert_int_equal(fault->drive_code, after >= 1000 ? 0 : 0x2310);
+        assert_string_equal(fault->reason, after >= 1000
+                                               ? "drive fault"
+                                               : "drive fault 0x2310");
+    }
+}
+
+/* Lost before it has answered: that is not why. */
+static void a_drive_that_is_lost_completes_no_record(void **state)
+{
+    (void)state;
+    struct bench bench;
+    const struct controller_fault_record *fault = &bench.controller.fault;
+    bench_moving(&bench, 120, 1200);
+    bench.drive[1].state = HAL_DRIVE_FAULT;
+    bench.drive[1].awaited = true;
+    bench.drive[1].words = "drive fault";
+    bench_tick(&bench);
+    bench.drive[1].state = HAL_DRIVE_OFFLINE;
+    bench.drive[1].words = "no heartbeat for three periods";
+    bench_tick(&bench);
+    assert_string_equal(fault->reason, "drive fault");
+    assert_true(fault->is_whole);
+}
+
 static void a_fault_stops_the_group_along_the_path(void **state)
 {
     (void)state;
@@ -1078,6 +1137,8 @@ int main(void)
         cmocka_unit_test(stop_ends_ready_on_the_path_and_keeps_torque),
         cmocka_unit_test(commands_out_of_place_are_refused_and_change_nothing),
         cmocka_unit_test(every_fault_latches_and_nothing_restarts),
+        cmocka_unit_test(the_reason_of_a_drive_completes_the_record),
+        cmocka_unit_test(a_drive_that_is_lost_completes_no_record),
         cmocka_unit_test(a_fault_stops_the_group_along_the_path),
         cmocka_unit_test(a_second_fault_is_not_recorded_and_does_not_soften),
         cmocka_unit_test(an_axis_that_runs_away_has_no_torque_in_three_ticks),

@@ -1,6 +1,7 @@
 #!/bin/sh
 # tests/firmware/linux/fault_times.sh - when a fault was seen, and when all had stopped
-# after it, is the same in telemetry, in what a run says, in its JSON and in slew report.
+# after it, is the same in telemetry, in what a run says, in its JSON and in slew report;
+# and so is the code of a drive, which those behind a node of two axes are asked for.
 #
 # RUNS=200 for more; SEED for others.
 set -eu
@@ -22,11 +23,17 @@ axes:
     limits: {position: [0 mm, 500 mm], velocity: 300 mm/s, acceleration: 1500 mm/s2, jerk: 15000 mm/s3}
     following_error: {floor: 3 mm}
     drive: {kind: cia402, bus: can0, node: 2, counts: 1000 per mm}
+  y:
+    unit: mm
+    limits: {position: [0 mm, 500 mm], velocity: 300 mm/s, acceleration: 1500 mm/s2, jerk: 15000 mm/s3}
+    following_error: {floor: 3 mm}
+    drive: {kind: cia402, bus: can0, node: 2, axis: 2, counts: 1000 per mm, pdo: {rx: 0x405, tx: 0x385}}
 END
 cat >"$dir/move.yaml" <<'END'
 axes:
   x: {curve: s-curve, keys: [[0 s, 100 mm], [2 s, 900 mm], [4 s, 100 mm]]}
   z: {curve: s-curve, keys: [[0 s, 0 mm], [1 s, 60 mm], [3 s, 0 mm]]}
+  y: {curve: s-curve, keys: [[0 s, 0 mm], [1 s, 60 mm], [3 s, 0 mm]]}
 END
 
 python3 - "$slew" "$dir" "${RUNS:-12}" "${SEED:-1}" <<'END'
@@ -56,7 +63,7 @@ def times(rows):
 
 def run(number):
     entry = entries[number % len(entries)]
-    axis = f"axis: {draw.choice('xz')}, "
+    axis = f"axis: {draw.choice('xyz')}, "
     at = draw.randint(100, 2900)
     files = {name: f"{where}/{name}" for name in ("rig.yaml", "move.yaml", "f.yaml",
                                                   "t.csv", "r.mcap")}
@@ -82,8 +89,14 @@ def run(number):
         (what, fault, seen, stopped)
     said = subprocess.run([slew, "report", "--json", files["r.mcap"]],
                           capture_output=True, text=True, check=True).stdout
-    notes = [note for note in json.loads(said)["notes"] if note["level"] == "fault"]
+    notes = json.loads(said)["notes"]
+    assert notes == sorted(notes, key=lambda note: note["t_s"]), (what, notes)
+    notes = [note for note in notes if note["level"] == "fault"]
     assert len(notes) == 1 and notes[0]["t_s"] == seen, (what, notes, seen)
+    if "drive_fault" in entry:
+        assert fault["drive_code"] == 0x3210, (what, fault)
+        for text in (fault["reason"], notes[0]["text"], json.loads(said)["reason"]):
+            assert "drive fault 0x3210: " in text, (what, text)
     if "value" in fault:
         number = r"\(([-0-9.e]+) \S+, limit ([-0-9.e]+)"
         value, limit = re.search(number, notes[0]["text"]).groups()

@@ -40,12 +40,15 @@ static void cmd_report_row(void *context, const struct telemetry_row *row)
     figures_take(&self->figures, row);
 }
 
+/* By time: a fault whose reason came later is written later. */
 static void cmd_report_note(void *context, int64_t t_ns,
                             enum record_level level, const char *text)
 {
     struct cmd_report *self = context;
     if (self->notes < CMD_REPORT_NOTES) {
         struct cmd_report_note *note = &self->note[self->notes];
+        for (; note > self->note && note[-1].t_ns > t_ns; note--)
+            note[0] = note[-1];
         *note = (struct cmd_report_note){ .t_ns = t_ns, .level = level };
         snprintf(note->text, sizeof note->text, "%s", text);
     }

@@ -1378,13 +1378,55 @@ static void without_an_emergency_the_code_is_asked_for(void **state)
     ticks(b, 5);
     assert_int_equal(b->seen.fault_code, 0x8611);
     assert_text(b, "following error");
+    assert_false(b->seen.fault_code_awaited);
     bench_setup(state); /* a drive that knows none */
     enable(b);
     break_it(b, NULL);
     until(b, HAL_DRIVE_FAULT, 3);
     ticks(b, 20);
+    assert_true(b->seen.fault_code_awaited);
+    assert_string_equal(b->seen.fault_text, "drive fault");
+    ticks(b, 150);
     assert_int_equal(b->seen.fault_code, 0);
     assert_text(b, "it gives no code");
+    assert_false(b->seen.fault_code_awaited);
+}
+
+static void a_code_that_comes_after_the_fault_is_taken(void **state)
+{
+    struct bench *b = *state;
+
+    enable(b);
+    break_it(b, NULL);
+    until(b, HAL_DRIVE_FAULT, 3);
+    ticks(b, 30);
+    assert_int_equal(b->seen.fault_code, 0);
+    mini_at(&b->mini, 0x603F, 0)->value = 0x7305;
+    ticks(b, 60);
+    assert_int_equal(b->seen.fault_code, 0x7305);
+    bench_setup(state); /* by an emergency */
+    enable(b);
+    break_it(b, NULL);
+    until(b, HAL_DRIVE_FAULT, 3);
+    ticks(b, 10);
+    fake_can_put(&b->fake, "085#0573010000000000");
+    ticks(b, 2);
+    assert_int_equal(b->seen.fault_code, 0x7305);
+    assert_false(b->seen.fault_code_awaited);
+}
+
+static void an_emergency_of_long_ago_is_not_the_reason(void **state)
+{
+    struct bench *b = *state;
+
+    enable(b);
+    fake_can_put(&b->fake, "085#3081110000000000");
+    ticks(b, 200);
+    mini_at(&b->mini, 0x603F, 0)->value = 0x8611;
+    break_it(b, NULL);
+    until(b, HAL_DRIVE_FAULT, 3);
+    ticks(b, 5);
+    assert_int_equal(b->seen.fault_code, 0x8611);
 }
 
 static void reset_is_an_edge_and_leaves_the_axis_off(void **state)
@@ -1851,6 +1893,8 @@ int main(void)
         BENCH(a_drive_that_will_not_stop_is_a_fault),
         BENCH(a_drive_fault_latches_with_its_code),
         BENCH(without_an_emergency_the_code_is_asked_for),
+        BENCH(a_code_that_comes_after_the_fault_is_taken),
+        BENCH(an_emergency_of_long_ago_is_not_the_reason),
         BENCH(reset_is_an_edge_and_leaves_the_axis_off),
         BENCH(a_fault_that_stays_is_told),
         BENCH(a_reset_at_once_after_a_failed_one_has_its_edge),

@@ -313,6 +313,41 @@ static void each_axis_tells_its_own_fault(void **state)
     assert_true(b->drive[THIRD].fault_code == 0);
 }
 
+/* An emergency of a node of two names no axis: 0x603F + 0x800 n does, when it is
+ * answered. */
+static void a_record_is_completed_by_the_answer(void **state)
+{
+    struct bench *b = &bench;
+    const struct controller_fault_record *fault = &b->controller.fault;
+
+    (void)state;
+    for (unsigned i = 0; i < 4; i++) {
+        const unsigned axis = i & 1;
+        int64_t seen_ns;
+
+        bench_plan(b);
+        b->kind[0].sdo_ns = b->kind[1].sdo_ns = i < 2 ? 0 : 25 * MS;
+        bench_build(b);
+        found(b);
+        enabled(b);
+        jog(b, !axis, 50);
+        ticks(b, 200);
+        quirk_servo_fault(&b->servo[axis], 0x7305);
+        while (fault->fault == CONTROLLER_FAULT_NONE)
+            tick(b);
+        seen_ns = b->world.now_ns;
+        assert_int_equal(fault->drive_code, 0);
+        assert_false(fault->is_whole);
+        ticks(b, 100);
+        assert_int_equal(fault->axis, axis);
+        assert_int_equal(fault->drive_code, 0x7305);
+        assert_string_equal(fault->reason,
+                            "drive fault 0x7305: sensor or encoder");
+        assert_true(fault->is_whole);
+        assert_int_equal(fault->t_ns, seen_ns);
+    }
+}
+
 /* The second alone, by identifiers that the drive has. */
 static void an_axis_alone_takes_the_drives_own_identifiers(void **state)
 {
@@ -530,6 +565,7 @@ int main(void)
         cmocka_unit_test(the_sdo_channel_is_shared_fairly),
         cmocka_unit_test(a_slow_device_is_asked_one_thing_at_a_time),
         cmocka_unit_test(each_axis_tells_its_own_fault),
+        cmocka_unit_test(a_record_is_completed_by_the_answer),
         cmocka_unit_test(an_axis_alone_takes_the_drives_own_identifiers),
         cmocka_unit_test(without_free_identifiers_it_is_refused),
         cmocka_unit_test(what_an_axis_lacks_is_named_by_its_own_object),

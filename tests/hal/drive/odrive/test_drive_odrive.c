@@ -266,9 +266,16 @@ static void who_disarms_itself_is_asked_why(void **state)
     hear("021#0000000001030000");
     assert_int_equal(seen.state, HAL_DRIVE_FAULT);
     assert_string_equal(seen.fault_text, "switched itself off");
+    assert_true(seen.fault_code_awaited);
+    expect("023#R");
+    for (int i = 0; i < 100; i++) { /* the answer was lost */
+        fake_can_wipe(&fake);
+        hear("029#0000A03F00000000");
+    }
     expect("023#R");
     hear("023#0000000000100000");
     begin();
+    assert_false(seen.fault_code_awaited);
     assert_string_equal(seen.fault_text,
                         "ODrive error 0x00001000: current limit");
 }
