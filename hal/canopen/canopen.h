@@ -87,9 +87,13 @@ struct canopen_sdo {
     uint8_t size; /* bytes written, or received, of a short object */
     uint32_t value;
     uint32_t abort_code;
+    uint32_t
+        doubtful_code; /* of an abort that may be of an earlier transfer: it
+                               counts when no other answer comes; 0: none */
     int64_t deadline_ns;
 
-    /* a long object */
+    /* a long object, or a short one by segments */
+    uint8_t small[4];          /* reading, where into is NULL */
     uint8_t *into;             /* reading: room bytes */
     const uint8_t *from;       /* writing: length bytes */
     uint32_t capacity, length; /* length 0 while reading: not told yet */
@@ -101,6 +105,15 @@ struct canopen_sdo {
     bool block_last;              /* the end of the object is in this block */
     uint16_t crc;                 /* of the first crc_at bytes */
     uint32_t crc_at;
+};
+
+/* Answers to transfers on one object that were given up, which may still come.  A
+ * server answers in order: the answer to a transfer on another object means that
+ * none does. */
+struct canopen_sdo_late {
+    uint16_t index;
+    uint8_t sub;
+    uint8_t count;
 };
 
 struct canopen_node;
@@ -150,6 +163,7 @@ struct canopen_node {
     uint8_t guard_toggle;   /* that the next answer must have: 0 or 0x80 */
     int64_t sdo_timeout_ns; /* 0: the master's */
     struct canopen_sdo sdo;
+    struct canopen_sdo_late sdo_late; /* of the device: in its first axis */
     int64_t sdo_requested_ns, sdo_served_ns; /* refused, or begun, last */
     struct canopen_node *sibling; /* the next axis of the device, in a ring */
     struct canopen_node *next;    /* on the bus, in the order of adding */
@@ -232,8 +246,9 @@ int64_t canopen_sdo_timeout_ns(const struct canopen_node *node);
  *   MOTION_E_AGAIN running; MOTION_OK done (value, not sign extended, and size
  *   when reading; either pointer may be NULL); MOTION_E_REFUSED aborted
  *   (sdo.abort_code); MOTION_E_TIMEOUT; MOTION_E_STATE nothing was started.
- * A longer object than 4 bytes is given up with abort 0x05040001 by the first
- * two; the others take one of any length, by segments or by blocks.  Their
+ * The first two are for objects of up to 4 bytes, which a server may send by
+ * segments too (a longer one ends with abort 0x06070010); the others take one of
+ * any length, by segments or by blocks.  Their
  * memory belongs to the transfer until its outcome is taken, or it is dropped;
  * sdo.length is how much there was.  Reading more than `capacity` bytes ends with
  * abort 0x05040005.  `block`: a server without blocks aborts with

@@ -104,6 +104,7 @@ int canopen_add(struct canopen *master, struct canopen_node *node)
     node->nmt_state = CANOPEN_NMT_UNKNOWN;
     node->heartbeat_heard = false;
     node->sdo.state = CANOPEN_SDO_IDLE;
+    node->sdo_late = (struct canopen_sdo_late){ .count = 0 };
     node->next = NULL;
     if (master->last == NULL)
         master->first = node;

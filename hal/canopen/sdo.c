@@ -4,8 +4,10 @@
  * One transfer per node, and per device of several axes: IDLE -> WAIT -> DONE,
  * ABORTED or TIMEOUT -> (take) IDLE.  An answer belongs to the transfer when
  * index and sub-index are the ones asked for; anything else is a late answer to
- * an older question and is dropped.  A transfer that is given up is aborted on
- * the wire too, so that the server is in a known state for the next one. */
+ * an older question and is dropped.  So is, where an earlier transfer on the same
+ * object has not been answered, one of the wrong kind; and an abort, which is the
+ * outcome all the same if nothing else comes.  A transfer that is given up is aborted
+ * on the wire too, so that the server is in a known state for the next one. */
 #include "hal/canopen/sdo.h"
 
 #define SDO_BLOCK_READ     0xA4u /* CRC known */
@@ -121,7 +123,9 @@ int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
 int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
                      uint8_t sub)
 {
-    const struct canopen_sdo sdo = { .index = index, .sub = sub };
+    const struct canopen_sdo sdo = { .index = index,
+                                     .sub = sub,
+                                     .capacity = sizeof sdo.small };
 
     return canopen_sdo_start(node, now_ns, &sdo, SDO_READ, 0);
 }
@@ -192,12 +196,41 @@ int canopen_sdo_take(struct canopen_node *node, uint32_t *value, uint8_t *size)
     return MOTION_OK;
 }
 
+static struct canopen_sdo_late *
+canopen_sdo_late_of(const struct canopen_node *node)
+{
+    return &node->master->node_at[node->id]->sdo_late;
+}
+
+static bool canopen_sdo_is_of(const struct canopen_sdo_late *late,
+                              const struct canopen_sdo *sdo)
+{
+    return late->count > 0 && late->index == sdo->index &&
+           late->sub == sdo->sub;
+}
+
+/* Its answer may come later; segments name no object, and are told from others. */
+static void canopen_sdo_owe(const struct canopen_node *node)
+{
+    const struct canopen_sdo *sdo = &node->sdo;
+    struct canopen_sdo_late *late = canopen_sdo_late_of(node);
+
+    if (sdo->step != CANOPEN_SDO_INITIATE)
+        return;
+    if (!canopen_sdo_is_of(late, sdo))
+        *late = (struct canopen_sdo_late){ sdo->index, sdo->sub, 0 };
+    if (late->count < UINT8_MAX)
+        late->count++;
+}
+
 /* In the middle of a long one the server would wait for the rest. */
 void canopen_sdo_drop(struct canopen_node *node)
 {
-    if (node->sdo.state == CANOPEN_SDO_WAIT &&
-        node->sdo.step != CANOPEN_SDO_INITIATE)
-        canopen_sdo_request(node, SDO_ABORT, CANOPEN_ABORT_TIMEOUT);
+    if (node->sdo.state == CANOPEN_SDO_WAIT) {
+        if (node->sdo.step != CANOPEN_SDO_INITIATE)
+            canopen_sdo_request(node, SDO_ABORT, CANOPEN_ABORT_TIMEOUT);
+        canopen_sdo_owe(node);
+    }
     node->sdo.state = CANOPEN_SDO_IDLE;
 }
 
@@ -225,6 +258,11 @@ void canopen_sdo_expire(struct canopen_node *node, int64_t now_ns)
     if (node->sdo.state != CANOPEN_SDO_WAIT || now_ns < node->sdo.deadline_ns)
         return;
     canopen_sdo_request(node, SDO_ABORT, CANOPEN_ABORT_TIMEOUT);
+    if (node->sdo.doubtful_code != 0) {
+        canopen_sdo_aborted(node, node->sdo.doubtful_code);
+        return;
+    }
+    canopen_sdo_owe(node);
     node->sdo.state = CANOPEN_SDO_TIMEOUT;
     node->master->stats.sdo_timeouts++;
 }
@@ -266,7 +304,7 @@ static void canopen_sdo_initiated(struct canopen_node *node,
     else if (!sdo->write && command == SDO_READ_DONE &&
              (data[0] & SDO_EXPEDITED) != 0)
         canopen_sdo_read_done(node, data);
-    else if (!sdo->write && command == SDO_READ_DONE && sdo->into != NULL)
+    else if (!sdo->write && command == SDO_READ_DONE)
         canopen_segment_read_begin(node, data);
     else
         canopen_sdo_give_up(node, CANOPEN_ABORT_COMMAND);
@@ -282,6 +320,41 @@ static bool canopen_sdo_is_answer(const struct canopen_sdo *sdo,
         return true;
     return data[1] == (uint8_t)sdo->index &&
            data[2] == (uint8_t)(sdo->index >> 8) && data[3] == sdo->sub;
+}
+
+/* Is it of the kind that is waited for?  A segment of a block may look like
+ * anything. */
+static bool canopen_sdo_is_apt(const struct canopen_sdo *sdo,
+                               const uint8_t data[8])
+{
+    const unsigned command = SDO_COMMAND(data[0]);
+
+    if (sdo->block)
+        return true;
+    if (sdo->step == CANOPEN_SDO_INITIATE)
+        return command == (sdo->write ? SDO_WRITE_DONE : SDO_READ_DONE);
+    return command != SDO_WRITE_DONE && command != SDO_READ_DONE;
+}
+
+/* The answer to an earlier transfer on this object; an answer to one on another
+ * means that none of before comes. */
+static bool canopen_sdo_is_late(struct canopen_node *node,
+                                const uint8_t data[8])
+{
+    struct canopen_sdo *sdo = &node->sdo;
+    struct canopen_sdo_late *late = canopen_sdo_late_of(node);
+    const bool aborts = data[0] == SDO_ABORT;
+
+    if (!canopen_sdo_is_of(late, sdo)) {
+        late->count = 0;
+        return false;
+    }
+    if (!aborts && canopen_sdo_is_apt(sdo, data))
+        return false;
+    late->count--;
+    if (aborts)
+        sdo->doubtful_code = canopen_sdo_get_u32(&data[4]);
+    return true;
 }
 
 static void canopen_sdo_answer(struct canopen_node *node, const uint8_t data[8])
@@ -313,7 +386,8 @@ void canopen_sdo_receive(struct canopen_node *node,
         node = node->sibling;
     if (frame->len != 8) {
         node->master->stats.malformed++;
-    } else if (!canopen_sdo_is_answer(&node->sdo, frame->data)) {
+    } else if (!canopen_sdo_is_answer(&node->sdo, frame->data) ||
+               canopen_sdo_is_late(node, frame->data)) {
         node->master->stats.unexpected++;
     } else {
         node->sdo.deadline_ns = now_ns + canopen_sdo_timeout_ns(node);

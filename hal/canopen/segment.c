@@ -8,6 +8,13 @@
 #define SEGMENT_TOGGLE    0x10u
 #define SEGMENT_LAST      0x01u
 
+/* More than there is memory for. */
+static void canopen_segment_overruns(struct canopen_node *node)
+{
+    canopen_sdo_give_up(node, node->sdo.into == NULL ? CANOPEN_ABORT_LENGTH
+                                                     : CANOPEN_ABORT_MEMORY);
+}
+
 static void canopen_segment_request(struct canopen_node *node)
 {
     const uint8_t data[8] = { (uint8_t)(SEGMENT_READ | node->sdo.toggle) };
@@ -21,7 +28,7 @@ void canopen_segment_read_begin(struct canopen_node *node, const uint8_t *data)
 
     sdo->length = data[0] & SDO_SIZE_GIVEN ? canopen_sdo_get_u32(&data[4]) : 0;
     if (sdo->length > sdo->capacity) {
-        canopen_sdo_give_up(node, CANOPEN_ABORT_MEMORY);
+        canopen_segment_overruns(node);
         return;
     }
     sdo->step = CANOPEN_SDO_SEGMENT;
@@ -34,18 +41,22 @@ static void canopen_segment_read(struct canopen_node *node, const uint8_t *data)
     const uint32_t most = sdo->length > 0 ? sdo->length : sdo->capacity;
     const unsigned count = SDO_SEGMENT_BYTES - (data[0] >> 1 & 7u);
     const bool last = (data[0] & SEGMENT_LAST) != 0;
+    uint8_t *to = sdo->into != NULL ? sdo->into : sdo->small;
 
     if (!last && count < SDO_SEGMENT_BYTES) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_COMMAND);
         return;
     }
+    if (count > most - sdo->at && sdo->length > 0) {
+        canopen_sdo_give_up(node, CANOPEN_ABORT_LENGTH);
+        return;
+    }
     if (count > most - sdo->at) {
-        canopen_sdo_give_up(node, sdo->length > 0 ? CANOPEN_ABORT_LENGTH
-                                                  : CANOPEN_ABORT_MEMORY);
+        canopen_segment_overruns(node);
         return;
     }
     for (unsigned i = 0; i < count; i++)
-        sdo->into[sdo->at + i] = data[1 + i];
+        to[sdo->at + i] = data[1 + i];
     sdo->at += count;
     if (!last) {
         sdo->toggle ^= SEGMENT_TOGGLE;
@@ -54,6 +65,8 @@ static void canopen_segment_read(struct canopen_node *node, const uint8_t *data)
         canopen_sdo_give_up(node, CANOPEN_ABORT_LENGTH);
     } else {
         sdo->length = sdo->at;
+        sdo->size = (uint8_t)sdo->at;
+        sdo->value = canopen_sdo_get_u32(sdo->small);
         canopen_sdo_done(node);
     }
 }

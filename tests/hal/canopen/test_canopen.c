@@ -245,7 +245,6 @@ static void an_sdo_answer_of_the_wrong_kind_is_given_up(void **state)
         bool write;
         const char *answer;
     } rows[] = {
-        { false, "581#410810000A000000" }, /* segmented: 10 bytes */
         { false, "581#6008100000000000" }, /* as if it had been a write */
         { true, "581#4308100000000000" },  /* as if it had been a read */
         { true, "581#A008100000000000" },  /* block transfer */
@@ -264,6 +263,150 @@ static void an_sdo_answer_of_the_wrong_kind_is_given_up(void **state)
         assert_int_equal(canopen_sdo_take(&b->node.node, NULL, NULL),
                          MOTION_E_REFUSED);
         assert_int_equal(b->node.node.sdo.abort_code, CANOPEN_ABORT_COMMAND);
+    }
+}
+
+/* The first is given up, its answer comes while the second waits, and then that of
+ * the second. */
+static void an_answer_to_an_earlier_transfer_is_dropped(void **state)
+{
+    static const struct {
+        bool was_write, write;
+        const char *late, *answer;
+    } rows[] = {
+        { false, true, "581#4B41600037120000", "581#6041600000000000" },
+        { true, false, "581#6041600000000000", "581#4B41600034120000" },
+        { false, true, "581#8041600011000906", "581#6041600000000000" },
+        { false, false, "581#8041600011000906", "581#4B41600034120000" },
+        { true, true, "581#8041600002000106", "581#6041600000000000" },
+        { false, true, "581#4141600002000000", "581#6041600000000000" },
+    };
+    struct bench *b = *state;
+    struct canopen_node *node = &b->node.node;
+
+    for (size_t i = 0; i < 2 * ARRAY_LEN(rows); i++) {
+        const size_t row = i / 2;
+        int64_t now_ns = (int64_t)i * 1000 * MS;
+        uint32_t value = 0;
+
+        if (rows[row].was_write)
+            canopen_sdo_write(node, now_ns, 0x6041, 0, 2, 1);
+        else
+            canopen_sdo_read(node, now_ns, 0x6041, 0);
+        if (i % 2 == 0) {
+            begin(b, now_ns += 200 * MS);
+            assert_int_equal(canopen_sdo_take(node, NULL, NULL),
+                             MOTION_E_TIMEOUT);
+        } else {
+            canopen_sdo_drop(node);
+        }
+        now_ns += 10 * MS;
+        if (rows[row].write)
+            assert_int_equal(canopen_sdo_write(node, now_ns, 0x6041, 0, 2, 1),
+                             0);
+        else
+            assert_int_equal(canopen_sdo_read(node, now_ns, 0x6041, 0), 0);
+        fake_can_put(&b->fake, rows[row].late);
+        begin(b, now_ns + 1 * MS);
+        assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_AGAIN);
+        fake_can_put(&b->fake, rows[row].answer);
+        begin(b, now_ns + 2 * MS);
+        assert_int_equal(canopen_sdo_take(node, &value, NULL), MOTION_OK);
+        assert_int_equal(value, rows[row].write ? 0 : 0x1234);
+        fake_can_wipe(&b->fake);
+    }
+}
+
+/* It may have been the answer to the second after all. */
+static void an_abort_that_nothing_follows_is_the_outcome(void **state)
+{
+    struct bench *b = *state;
+    struct canopen_node *node = &b->node.node;
+
+    assert_int_equal(canopen_sdo_read(node, 0, 0x6041, 0), 0);
+    begin(b, 200 * MS);
+    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_TIMEOUT);
+    assert_int_equal(canopen_sdo_read(node, 210 * MS, 0x6041, 0), 0);
+    fake_can_put(&b->fake, "581#8041600011000906");
+    begin(b, 211 * MS);
+    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_AGAIN);
+    begin(b, 410 * MS);
+    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_REFUSED);
+    assert_int_equal(node->sdo.abort_code, CANOPEN_ABORT_NO_SUB);
+    /* and now nothing is late any more */
+    assert_int_equal(canopen_sdo_read(node, 420 * MS, 0x6041, 0), 0);
+    fake_can_put(&b->fake, "581#8041600011000906");
+    begin(b, 421 * MS);
+    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_REFUSED);
+}
+
+static void
+an_answer_for_another_object_ends_the_wait_for_late_ones(void **state)
+{
+    struct bench *b = *state;
+    struct canopen_node *node = &b->node.node;
+
+    assert_int_equal(canopen_sdo_read(node, 0, 0x6041, 0), 0);
+    canopen_sdo_drop(node);
+    assert_int_equal(canopen_sdo_read(node, 10 * MS, 0x6064, 0), 0);
+    fake_can_put(&b->fake, "581#4364600000000000");
+    begin(b, 11 * MS);
+    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_OK);
+    assert_int_equal(canopen_sdo_read(node, 20 * MS, 0x6041, 0), 0);
+    fake_can_put(&b->fake, "581#8041600011000906");
+    begin(b, 21 * MS);
+    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_REFUSED);
+}
+
+/* Each size, told or not; five bytes are no number. */
+static void a_number_may_come_by_segments(void **state)
+{
+    static const struct {
+        const char *answer, *segment;
+        uint8_t size;
+        uint32_t value, abort_code;
+    } rows[] = {
+        { "581#4101100001000000", "581#0DA5EEEEEEEEEEEE", 1, 0xA5, 0 },
+        { "581#4101100002000000", "581#0B3412EEEEEEEEEE", 2, 0x1234, 0 },
+        { "581#4101100003000000", "581#09030201EEEEEEEE", 3, 0x10203, 0 },
+        { "581#4101100004000000", "581#0704030201EEEEEE", 4, 0x1020304, 0 },
+        { "581#4001100000000000", "581#0DFFEEEEEEEEEEEE", 1, 0xFF, 0 },
+        { "581#4001100000000000", "581#0704030201EEEEEE", 4, 0x1020304, 0 },
+        { "581#4101100005000000", NULL, 0, 0, CANOPEN_ABORT_LENGTH },
+        { "581#4101100002000000", "581#0D34EEEEEEEEEEEE", 0, 0,
+          CANOPEN_ABORT_LENGTH },
+        { "581#4001100000000000", "581#0501020304050000", 0, 0,
+          CANOPEN_ABORT_LENGTH },
+        { "581#4001100000000000", "581#0001020304050607", 0, 0,
+          CANOPEN_ABORT_LENGTH },
+    };
+    struct bench *b = *state;
+    struct canopen_node *node = &b->node.node;
+
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const int64_t now_ns = (int64_t)i * 100 * MS;
+        uint32_t value = 0;
+        uint8_t size = 0;
+
+        assert_int_equal(canopen_sdo_read(node, now_ns, 0x1001, 0), 0);
+        fake_can_put(&b->fake, rows[i].answer);
+        begin(b, now_ns + 1 * MS);
+        if (rows[i].segment != NULL) {
+            fake_can_expect(&b->fake, "601#4001100000000000");
+            fake_can_expect(&b->fake, "601#6000000000000000");
+            fake_can_put(&b->fake, rows[i].segment);
+            begin(b, now_ns + 2 * MS);
+        }
+        if (rows[i].abort_code != 0) {
+            assert_int_equal(canopen_sdo_take(node, NULL, NULL),
+                             MOTION_E_REFUSED);
+            assert_int_equal(node->sdo.abort_code, rows[i].abort_code);
+        } else {
+            assert_int_equal(canopen_sdo_take(node, &value, &size), MOTION_OK);
+            assert_int_equal(value, rows[i].value);
+            assert_int_equal(size, rows[i].size);
+        }
+        fake_can_wipe(&b->fake);
     }
 }
 
@@ -732,6 +875,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         BENCH(sdo_transfers_are_the_known_bytes),
         BENCH(a_late_sdo_answer_for_something_else_is_dropped),
+        BENCH(an_answer_to_an_earlier_transfer_is_dropped),
+        BENCH(an_abort_that_nothing_follows_is_the_outcome),
+        BENCH(an_answer_for_another_object_ends_the_wait_for_late_ones),
+        BENCH(a_number_may_come_by_segments),
         BENCH(an_sdo_that_times_out_is_aborted_on_the_wire),
         BENCH(an_sdo_answer_of_the_wrong_kind_is_given_up),
         BENCH(an_sdo_that_cannot_be_sent_is_not_started),

@@ -336,6 +336,35 @@ static void quirk_overhear(struct quirk_servo *servo, uint32_t key,
         (void)quirk_write(servo, key, size, quirk_u32(frame->data + 4, size));
 }
 
+/* In the order of the requests. */
+static void quirk_reply(struct quirk_servo *servo,
+                        const struct hal_can_frame *frame)
+{
+    const unsigned one_in = servo->kind->late_one_in;
+    const unsigned last = servo->answers - 1;
+    int64_t due_ns = servo->now_ns + servo->kind->sdo_ns;
+
+    if (servo->answers == QUIRK_ANSWERS)
+        return;
+    if (one_in != 0 && servo->answers > 0)
+        due_ns = servo->answer[last].due_ns + servo->kind->sdo_ns;
+    if (one_in != 0 && ++servo->answered % one_in == 0)
+        due_ns += servo->kind->late_ns;
+    servo->answer[servo->answers].frame = *frame;
+    servo->answer[servo->answers++].due_ns = due_ns;
+}
+
+static void quirk_segment(struct quirk_servo *servo)
+{
+    const struct quirk_object *object = &servo->segment;
+    struct hal_can_frame to = { .id = 0x580u + servo->id, .len = 8 };
+
+    to.data[0] = (uint8_t)((7 - object->size) << 1 | 1);
+    for (unsigned i = 0; i < object->size; i++)
+        to.data[1 + i] = (uint8_t)(object->value >> 8 * i);
+    quirk_reply(servo, &to);
+}
+
 static void quirk_sdo(struct quirk_servo *servo,
                       const struct hal_can_frame *frame)
 {
@@ -346,6 +375,10 @@ static void quirk_sdo(struct quirk_servo *servo,
     struct hal_can_frame to = { .id = 0x580u + servo->id, .len = 8 };
     uint32_t value = 0, abort = 0;
 
+    if ((command & 0xE0) == 0x60) {
+        quirk_segment(servo);
+        return;
+    }
     if (!is_own) {
         quirk_overhear(servo, key, frame);
         return;
@@ -358,6 +391,11 @@ static void quirk_sdo(struct quirk_servo *servo,
     quirk_put(servo, QUIRK_KEY(0x6041, 0), quirk_status(servo));
     if (abort != 0) {
         ;
+    } else if (command == 0x40 && object != NULL &&
+               servo->kind->reads != QUIRK_EXPEDITED) {
+        to.data[0] = servo->kind->reads == QUIRK_SEGMENTS ? 0x41 : 0x40;
+        value = servo->kind->reads == QUIRK_SEGMENTS ? object->size : 0;
+        servo->segment = *object;
     } else if (command == 0x40 && object != NULL) {
         to.data[0] = (uint8_t)(0x43 | (4 - object->size) << 2);
         value = object->value;
@@ -375,11 +413,7 @@ static void quirk_sdo(struct quirk_servo *servo,
         to.data[0] = 0x80;
     for (unsigned i = 0; i < 4; i++)
         to.data[4 + i] = (uint8_t)((abort != 0 ? abort : value) >> 8 * i);
-    if (servo->answers == QUIRK_ANSWERS)
-        return;
-    servo->answer[servo->answers].frame = to;
-    servo->answer[servo->answers++].due_ns =
-        servo->now_ns + servo->kind->sdo_ns;
+    quirk_reply(servo, &to);
 }
 
 static void quirk_answer(struct quirk_servo *servo)

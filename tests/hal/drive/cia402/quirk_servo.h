@@ -70,6 +70,11 @@ struct quirk_kind {
     bool guarding;     /* neither 0x1016 nor 0x1017; answers RTR */
     bool watches_late; /* its consumer waits for the first heartbeat */
     int64_t boot_ns, sdo_ns, mode_ns, precharge_ns, brake_ns, word_gap_ns;
+    /* One thing at a time, and every so many answers one comes so much later */
+    unsigned late_one_in;
+    int64_t late_ns;
+    /* Reads are answered by segments, even of one byte; with their size or not */
+    enum { QUIRK_EXPEDITED, QUIRK_SEGMENTS, QUIRK_SEGMENTS_NO_SIZE } reads;
     unsigned linger; /* bits 10, 12, 13 are so many SYNCs old */
     bool beats_first, emcy_at_boot;
     bool re_enters;    /* after a quick stop, when the enable bits stay set */
@@ -126,7 +131,8 @@ struct quirk_servo {
         struct hal_can_frame frame;
         int64_t due_ns;
     } answer[QUIRK_ANSWERS];
-    unsigned answers;
+    unsigned answers, answered;
+    struct quirk_object segment;  /* to be read */
     struct hal_can_frame rpdo[4]; /* waits for SYNC */
     bool rpdo_waits[4];
     bool muted, deaf;
