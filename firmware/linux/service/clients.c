@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -24,6 +25,7 @@
 #define CLIENTS_MOST_NS  500000 /* and at most */
 #define CLIENTS_PRIORITY (SERVICE_PRIORITY - 1)
 #define CLIENTS_STACK    262144
+#define CLIENTS_FILES    512 /* of the process: clients, the page's, its own */
 
 /* --- the socket --- */
 
@@ -76,6 +78,17 @@ static void clients_make_rooms(struct service_clients *clients)
     }
 }
 
+/* poll() of all seats fails where fewer files may be open. */
+static bool clients_may_be_many(void)
+{
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_NOFILE, &limit) < 0 || limit.rlim_cur >= CLIENTS_FILES)
+        return true;
+    limit.rlim_cur = CLIENTS_FILES;
+    return limit.rlim_max >= CLIENTS_FILES &&
+           setrlimit(RLIMIT_NOFILE, &limit) == 0;
+}
+
 int service_clients_open(struct service_clients *clients, const char *path,
                          unsigned mode)
 {
@@ -87,6 +100,10 @@ int service_clients_open(struct service_clients *clients, const char *path,
     clients_make_lock(clients);
     clients->bell = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     clients_make_rooms(clients);
+    if (!clients_may_be_many())
+        return clients_fail(clients, path,
+                            "too few files may be open for its clients, "
+                            "expected ulimit -n 512 or more");
     if (strlen(path) >= sizeof address.sun_path)
         return clients_fail(clients, path,
                             "the name of the socket is too long");

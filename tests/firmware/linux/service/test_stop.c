@@ -11,6 +11,8 @@
  *   TRIES=100000 build/tests/firmware/linux/service/test_stop */
 #include <inttypes.h>
 #include <math.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 
 #include "tests/support/check.h"
 #include "tests/support/service_bench.h"
@@ -784,6 +786,36 @@ static void a_stop_is_answered_behind_streams_that_nobody_reads(void **test)
     assert_true(answered(&client[1]));
 }
 
+/* All seats are looked at at once, which the system allows for files that may be
+ * open.  In a process of its own, as a limit that is lowered stays so. */
+static void few_files_are_made_more_or_refused(void **test)
+{
+    const struct rlimit low = { 60, 4096 }, lowest = { 60, 60 };
+    int status;
+    (void)test;
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+        struct service_clients clients = { .listener = -1 };
+        if (setrlimit(RLIMIT_NOFILE, &low) < 0 ||
+            service_bench_ready(&bench, rig_text[0]) != 0)
+            _exit(1);
+        const int file = service_bench_connect(&bench);
+        char said[64] = "";
+        for (int i = 0; i < 10; i++)
+            service_bench_tick(&bench);
+        if (recv(file, said, sizeof said - 1, 0) <= 0)
+            _exit(2);
+        service_bench_close(&bench);
+        if (setrlimit(RLIMIT_NOFILE, &lowest) < 0)
+            _exit(3);
+        _exit(service_clients_open(&clients, bench.socket, 0600) < 0 ? 0 : 4);
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 0);
+}
+
 int main(void)
 {
 #define STOP_TEST(claim) cmocka_unit_test_teardown(claim, down)
@@ -795,6 +827,7 @@ int main(void)
         STOP_TEST(torque_off_is_not_taken_back),
         STOP_TEST(a_stop_is_known_however_it_is_written),
         STOP_TEST(a_stop_of_one_that_has_hung_up_is_obeyed),
+        STOP_TEST(few_files_are_made_more_or_refused),
         STOP_TEST(of_more_than_a_tick_takes_the_last_counts),
         STOP_TEST(what_is_beyond_the_queue_is_refused_at_once),
         STOP_TEST(lines_that_come_in_pieces_are_whole),
