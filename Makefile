@@ -371,6 +371,7 @@ nightly:
 	@$(MAKE) corrupt CC=clang SAN=address,undefined CORRUPTIONS=100000
 	@$(MAKE) hold HOLDS=400
 	@N=10000 $(MAKE) check T="homing_random service_random"
+	@N=2000 TEST_TIMEOUT=7200 $(MAKE) check T=plan_path_random CC=clang SAN=address,undefined
 	@TRIES=100000 TEST_TIMEOUT=7200 $(MAKE) check T=stop
 	@N=1000000 TEST_TIMEOUT=7200 $(MAKE) check T=sim_particles_spheres
 	@$(MAKE) peers-physics

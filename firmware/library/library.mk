@@ -16,7 +16,8 @@ PUBLIC := \
     motion/core/shaper.h \
     motion/curve/ease.h motion/curve/spline.h motion/curve/fcurve.h \
     motion/otg/otg.h motion/otg/sync.h motion/otg/replan.h \
-    motion/plan/move.h motion/plan/compose.h motion/plan/check.h \
+    motion/plan/plan_pool.h motion/plan/move.h motion/plan/compose.h \
+    motion/plan/check.h \
     motion/plan/topp/topp.h motion/plan/fit/fit.h motion/plan/shaper/shaper.h \
     hal/can.h hal/clock.h hal/gpio.h hal/modbus.h hal/drive.h hal/fieldbus.h \
     hal/can/bus.h \

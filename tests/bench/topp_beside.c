@@ -61,6 +61,7 @@ static double solve(unsigned axes, unsigned keys, uint32_t intervals)
     struct plan_topp_request request = { .limit = limit,
                                          .intervals = intervals };
     struct plan_error error;
+    struct plan_pool pool = { NULL };
     struct plan_topp topp;
     double failed, duration;
 
@@ -74,12 +75,11 @@ static double solve(unsigned axes, unsigned keys, uint32_t intervals)
             fail(error.text);
         list[a] = &track[a];
     }
-    if (plan_topp_path_of(list, axes, &request.path) < 0 ||
-        plan_topp_solve(&request, &topp, &failed) < 0)
+    if (plan_topp_path_of(list, axes, &pool, &request.path) < 0 ||
+        plan_topp_solve(&request, &pool, &topp, &failed) < 0)
         fail("no answer");
     duration = plan_topp_duration(&topp);
-    plan_topp_free(&topp);
-    plan_topp_path_free(&request.path);
+    plan_pool_free(&pool);
     for (unsigned a = 0; a < axes; a++)
         plan_track_free(&track[a]);
     return duration;

@@ -255,16 +255,18 @@ static int run(const cJSON *json, struct jerk_case *c, struct vectors_row *row)
         .start_speed = c->start_speed,
         .end_speed = c->end_speed,
     };
+    struct plan_pool pool = { NULL };
     struct plan_topp_law law;
     double failed;
-    const int err = plan_topp_jerk_solve(&request, c->jerk, &law, &failed);
+    const int err =
+        plan_topp_jerk_solve(&request, c->jerk, &pool, &law, &failed);
 
     if (err == MOTION_OK)
         row->pass = judge(json, &request, c->jerk, &law, row);
     else
         snprintf(row->text, sizeof row->text, "%s at u = %g",
                  motion_err_text(err), failed);
-    plan_topp_law_free(&law);
+    plan_pool_free(&pool);
     return err;
 }
 

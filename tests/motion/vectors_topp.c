@@ -136,16 +136,17 @@ static int judge(const cJSON *json, const struct topp_case *c,
         .end_speed = vectors_value_of(json, "end_path_speed"),
         .intervals = intervals,
     };
+    struct plan_pool pool = { NULL };
     struct plan_topp topp;
     double failed;
-    const int err = plan_topp_solve(&request, &topp, &failed);
+    const int err = plan_topp_solve(&request, &pool, &topp, &failed);
 
-    if (err != MOTION_OK)
-        return err;
-    *duration = plan_topp_duration(&topp);
-    *excess = fmax(*excess, topp_judge_excess(&request, &topp, POINTS));
-    plan_topp_free(&topp);
-    return MOTION_OK;
+    if (err == MOTION_OK) {
+        *duration = plan_topp_duration(&topp);
+        *excess = fmax(*excess, topp_judge_excess(&request, &topp, POINTS));
+    }
+    plan_pool_free(&pool);
+    return err;
 }
 
 static int run(const cJSON *json, struct topp_case *c, struct vectors_row *row)
@@ -153,6 +154,7 @@ static int run(const cJSON *json, struct topp_case *c, struct vectors_row *row)
     const double want = vectors_value_of(json, "duration_converged");
     const struct motion_track *track[PLAN_TOPP_AXES_MAX];
     struct plan_topp_path path = { 0 };
+    struct plan_pool pool = { NULL };
     double coarse = 0, fine = 0, excess = 0;
     int err = MOTION_OK;
 
@@ -161,12 +163,12 @@ static int run(const cJSON *json, struct topp_case *c, struct vectors_row *row)
         err = plan_axis(c, k);
     }
     if (err == MOTION_OK)
-        err = plan_topp_path_of(track, c->axes, &path);
+        err = plan_topp_path_of(track, c->axes, &pool, &path);
     if (err == MOTION_OK)
         err = judge(json, c, &path, 0, &coarse, &excess);
     if (err == MOTION_OK)
         err = judge(json, c, &path, FINE, &fine, &excess);
-    plan_topp_path_free(&path);
+    plan_pool_free(&pool);
     if (err != MOTION_OK)
         return err;
     snprintf(row->text, sizeof row->text,

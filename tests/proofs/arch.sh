@@ -15,7 +15,7 @@ motion/path/.*      motion/(core|number|curve|path)/.*            freestanding
 motion/otg/.*       motion/(core|number|otg)/.*                   freestanding
 motion/kinematics/.* motion/(core|number|kinematics)/.*|motion/path/(arclen|head).h freestanding
 motion/double/.*    motion/double/.*                              any
-motion/plan/topp/.* motion/core/.*|motion/plan/topp/.*|motion/double/.* any
+motion/plan/topp/.* motion/core/.*|motion/plan/(topp/.*|plan_pool.h)|motion/double/.* any
 motion/plan/(keys|rig)/.* motion/(core|number|curve|path|otg|kinematics|double)/.*|motion/plan/([^/]*|keys/.*|rig/.*) any
 motion/plan/.*      motion/.*                                     any
 tests/.*            .*                                            any

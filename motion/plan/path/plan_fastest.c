@@ -149,6 +149,7 @@ static int fastest_solve(const struct plan_path *path,
             fastest_slope(space, fastest_double(space->curve.border[0])),
         ldexp((double)fastest->end_q32[1], -32) / fastest_slope(space, last)
     };
+    struct plan_pool scratch = { NULL };
     struct plan_topp_cap *cap;
     uint32_t caps = 0;
     double failed = NAN;
@@ -157,7 +158,8 @@ static int fastest_solve(const struct plan_path *path,
     *timing = (struct plan_timing){ 0 };
     if (err < 0)
         return err;
-    cap = calloc((size_t)fastest->caps * FASTEST_PARTS + 1, sizeof *cap);
+    cap = plan_pool_take(&scratch, (size_t)fastest->caps * FASTEST_PARTS + 1,
+                         sizeof *cap);
     if (cap == NULL)
         return plan_error_set(error, MOTION_E_FULL, path->place,
                               "no memory for the path");
@@ -165,7 +167,7 @@ static int fastest_solve(const struct plan_path *path,
         caps += fastest_section(space, &fastest->cap[i], cap + caps);
     err = plan_timing_solve(space->list, path->points.axes, fastest->limit, cap,
                             caps, ends, timing, &failed);
-    free(cap);
+    plan_pool_free(&scratch);
     return err < 0 ? fastest_refuse(path, space, err, failed, error) : err;
 }
 

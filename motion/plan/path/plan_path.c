@@ -90,25 +90,24 @@ static int path_bake(const struct plan_path *path, struct plan_drive *drive,
     return err < 0 ? path_refuse(path, err, error) : MOTION_OK;
 }
 
-/* The borders of the drive; the knots of the line are on the heap. */
+/* The borders of the drive. */
 static int path_open(const struct plan_path *path, struct plan_drive *drive,
                      struct motion_path *line, struct plan_error *error)
 {
-    const uint32_t pieces = drive->space.curve.pieces;
-    int64_t *knot = malloc(((size_t)pieces + 1) * sizeof *knot);
+    const size_t knots = (size_t)drive->space.curve.pieces + 1;
     int err = MOTION_E_FULL;
 
-    drive->border_ns_q12 =
-        malloc(((size_t)pieces + 1 + drive->law.count) * sizeof *knot);
-    if (knot != NULL && drive->border_ns_q12 != NULL)
-        err = motion_path_init(line, &drive->space.table, &drive->law, knot,
-                               drive->border_ns_q12);
-    if (err == MOTION_OK) {
-        drive->borders = line->borders;
-        return MOTION_OK;
-    }
-    free(knot);
-    return path_refuse(path, err, error);
+    drive->knot_ns_q12 =
+        plan_pool_take(&drive->pool, knots, sizeof *drive->knot_ns_q12);
+    drive->border_ns_q12 = plan_pool_take(
+        &drive->pool, knots + drive->law.count, sizeof *drive->border_ns_q12);
+    if (drive->knot_ns_q12 != NULL && drive->border_ns_q12 != NULL)
+        err = motion_path_init(line, &drive->space.table, &drive->law,
+                               drive->knot_ns_q12, drive->border_ns_q12);
+    if (err < 0)
+        return path_refuse(path, err, error);
+    drive->borders = line->borders;
+    return MOTION_OK;
 }
 
 static int path_by_parts(const struct plan_path *path, struct plan_drive *drive,
@@ -126,9 +125,7 @@ static int path_by_parts(const struct plan_path *path, struct plan_drive *drive,
         return err;
     line.law_error = law_error;
     line.evaluations = PATH_LOOKS + PATH_BORDER_LOOKS * line.borders;
-    err = path_bake(path, drive, &line, track, error);
-    free(line.knot_ns_q12);
-    return err;
+    return path_bake(path, drive, &line, track, error);
 }
 
 /* As fast as the limits allow. */
@@ -141,7 +138,6 @@ static int path_by_limits(const struct plan_path *path,
 
     if (err == MOTION_OK)
         err = path_open(path, drive, &line, error);
-    free(line.knot_ns_q12);
     for (uint32_t i = 0; i < path->points.axes && err < 0; i++)
         plan_track_free(&track[path->axis[i]]);
     return err;
@@ -178,7 +174,7 @@ void plan_drive_free(struct plan_drive *drive)
 {
     plan_space_free(&drive->space);
     plan_track_free(&drive->law);
-    free(drive->border_ns_q12);
+    plan_pool_free(&drive->pool);
     *drive = (struct plan_drive){ .borders = 0 };
 }
 

@@ -5,6 +5,7 @@
 
 #include "motion/plan/path/plan_space.h"
 #include "motion/plan/path/plan_speed_law.h"
+#include "motion/plan/plan_pool.h"
 #include "motion/plan/rig/plan_rig.h"
 
 /* Not faster than `speed` along the path between two places; 0 where both are
@@ -52,7 +53,9 @@ struct plan_path {
 struct plan_drive {
     struct plan_space space;
     struct motion_track law; /* distance over time; on the heap */
-    int64_t *border_ns_q12;  /* where something changes; on the heap */
+    struct plan_pool pool;   /* of the two that follow */
+    int64_t *knot_ns_q12;    /* when it is at each point */
+    int64_t *border_ns_q12;  /* where something changes */
     uint32_t borders;
     struct motion_real bound[PLAN_SPACE_AXES]; /* of position, law's and table's
                                                   errors included */

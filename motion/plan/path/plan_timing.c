@@ -3,7 +3,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 
 #include "motion/core/err.h"
 #include "motion/curve/bake.h"
@@ -18,6 +17,11 @@
 /* An axis whose jerk is not limited beside one whose is: its acceleration
  * within a microsecond, which no set point sees. */
 #define TIMING_AT_ONCE 1e-6
+
+/* What stands or turns back within this, s, does so at once. */
+#define TIMING_STANDS 1e-9
+
+#define TIMING_BISECTIONS 60
 
 #define TIMING_POINTS 4 /* on either side of the middle */
 
@@ -89,7 +93,8 @@ static int timing_topp_knots(struct plan_timing *timing)
     const struct plan_topp *topp = &timing->topp;
     double end = 0;
 
-    timing->knot = calloc((size_t)topp->intervals + 2, sizeof *timing->knot);
+    timing->knot = plan_pool_take(&timing->pool, (size_t)topp->intervals + 2,
+                                  sizeof *timing->knot);
     if (timing->knot == NULL)
         return MOTION_E_FULL;
     timing->knots = 1;
@@ -108,19 +113,17 @@ static int timing_law_knots(struct plan_timing *timing)
 
     for (uint32_t r = 0; r < timing->law.runs; r++)
         most += plan_topp_law_knots(&timing->law, r, NULL);
-    all = calloc(most + 1, sizeof *all);
-    timing->knot = calloc(most + 2, sizeof *timing->knot);
-    if (all == NULL || timing->knot == NULL) {
-        free(all);
+    all = plan_pool_take(&timing->pool, most + 1, sizeof *all);
+    timing->knot =
+        plan_pool_take(&timing->pool, most + 2, sizeof *timing->knot);
+    if (all == NULL || timing->knot == NULL)
         return MOTION_E_FULL;
-    }
     timing->knots = 1;
     for (uint32_t r = 0; r < timing->law.runs; r++) {
         const uint32_t count = plan_topp_law_knots(&timing->law, r, all);
         for (uint32_t i = 0; i < count; i++)
             timing_knot(timing, all[i], all[count - 1]);
     }
-    free(all);
     return MOTION_OK;
 }
 
@@ -136,9 +139,11 @@ int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
 
     *timing = (struct plan_timing){ 0 };
     *failed = NAN;
-    err = plan_topp_path_of(track, axes, &timing->path);
-    if (err < 0)
+    err = plan_topp_path_of(track, axes, &timing->pool, &timing->path);
+    if (err < 0) {
+        plan_timing_free(timing);
         return err;
+    }
     timing->has_jerk = timing_limits(axes, limit, bound, jerk);
     const struct plan_topp_request request = {
         .path = timing->path,
@@ -149,9 +154,10 @@ int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
         .end_speed = ends != NULL ? ends[1] : 0,
     };
     if (timing->has_jerk)
-        err = plan_topp_jerk_solve(&request, jerk, &timing->law, failed);
+        err = plan_topp_jerk_solve(&request, jerk, &timing->pool, &timing->law,
+                                   failed);
     else
-        err = plan_topp_solve(&request, &timing->topp, failed);
+        err = plan_topp_solve(&request, &timing->pool, &timing->topp, failed);
     if (err == MOTION_OK)
         err = timing->has_jerk ? timing_law_knots(timing)
                                : timing_topp_knots(timing);
@@ -166,7 +172,8 @@ int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
  * misses. */
 static int timing_refine(struct plan_timing *timing)
 {
-    double *knot = calloc(2 * (size_t)timing->knots, sizeof *knot);
+    double *knot =
+        plan_pool_take(&timing->pool, 2 * (size_t)timing->knots, sizeof *knot);
 
     if (knot == NULL)
         return MOTION_E_FULL;
@@ -176,17 +183,13 @@ static int timing_refine(struct plan_timing *timing)
     }
     timing->knots = 2 * timing->knots - 1;
     knot[timing->knots - 1] = timing->knot[timing->knots / 2];
-    free(timing->knot);
     timing->knot = knot;
     return MOTION_OK;
 }
 
 void plan_timing_free(struct plan_timing *timing)
 {
-    plan_topp_free(&timing->topp);
-    plan_topp_law_free(&timing->law);
-    plan_topp_path_free(&timing->path);
-    free(timing->knot);
+    plan_pool_free(&timing->pool);
     *timing = (struct plan_timing){ 0 };
 }
 
@@ -225,6 +228,7 @@ struct timing_source {
     double stretch;
     bool is_distance;
     unsigned first, channels;
+    struct plan_pool pool; /* of the two that follow */
     int64_t *border_ns_q12;
     struct motion_real *base; /* of each knot and channel */
     double drift[MOTION_BAKE_AXES];
@@ -234,8 +238,8 @@ struct timing_rate {
     double vel, acc;
 };
 
-/* Speed and its change along the path; from rest it is all of the acceleration,
- * and into rest all of it backwards. */
+/* Speed and its change along the path.  Where it stands, or turns back, that is all of
+ * the acceleration, backwards before it and forwards after it. */
 static struct timing_rate timing_along(const struct plan_topp_axis_state axis[],
                                        unsigned axes, bool is_left)
 {
@@ -248,9 +252,9 @@ static struct timing_rate timing_along(const struct plan_topp_axis_state axis[],
     }
     vel = sqrt(vel);
     acc = sqrt(acc);
-    if (vel > 0)
+    if (vel > TIMING_STANDS * acc)
         return (struct timing_rate){ vel, both / vel };
-    return (struct timing_rate){ 0, is_left ? -acc : acc };
+    return (struct timing_rate){ vel, is_left ? -acc : acc };
 }
 
 /* Of all channels, t_s in the law's own time, inside the span from a knot on. */
@@ -376,8 +380,10 @@ static int timing_borders(struct timing_source *self)
     const uint32_t knots = self->timing->knots;
     const double scale = self->stretch * (double)MOTION_FIXED_S_Q12;
 
-    self->border_ns_q12 = calloc(knots, sizeof *self->border_ns_q12);
-    self->base = calloc((size_t)knots * self->channels, sizeof *self->base);
+    self->border_ns_q12 =
+        plan_pool_take(&self->pool, knots, sizeof *self->border_ns_q12);
+    self->base = plan_pool_take(&self->pool, (size_t)knots * self->channels,
+                                sizeof *self->base);
     if (self->border_ns_q12 == NULL || self->base == NULL)
         return MOTION_E_FULL;
     if (!(self->timing->knot[knots - 1] * scale < 0x1p62))
@@ -436,8 +442,7 @@ static int timing_bake(struct timing_source *self,
         plan_track_trim(track[c]);
         bound[c] = motion_real_add(report.bound[c].pos, timing_real(miss));
     }
-    free(self->border_ns_q12);
-    free(self->base);
+    plan_pool_free(&self->pool);
     return err;
 }
 
@@ -521,7 +526,61 @@ int plan_timing_inside(struct plan_timing *timing, double *stretch,
     return err < 0 ? err : MOTION_E_LIMIT;
 }
 
-int plan_timing_distance(const struct plan_timing *timing, double stretch,
+/* Where the speed along the path is least inside a span, which is a point when the
+ * path runs back over itself; NaN where it is least at one of the ends. */
+static double timing_slowest(const struct timing_source *self, uint32_t span)
+{
+    const double *knot = self->timing->knot;
+    double low = knot[span], high = knot[span + 1];
+    struct timing_rate rate;
+
+    timing_rates(self, span, low, false, &rate);
+    if (rate.acc >= 0)
+        return NAN;
+    timing_rates(self, span, high, true, &rate);
+    if (rate.acc <= 0)
+        return NAN;
+    for (int i = 0; i < TIMING_BISECTIONS; i++) {
+        const double middle = low + (high - low) / 2;
+        timing_rates(self, span, middle, false, &rate);
+        if (rate.acc < 0)
+            low = middle;
+        else
+            high = middle;
+    }
+    return high;
+}
+
+/* One more knot, or one of the span's ends where that is as near as two may be,
+ * wherever the path is slowest: speed may have a corner there, which no polynomial
+ * has. */
+static int timing_turns(const struct timing_source *self,
+                        struct plan_timing *timing)
+{
+    double *knot =
+        plan_pool_take(&timing->pool, 2 * (size_t)timing->knots, sizeof *knot);
+    uint32_t knots = 1;
+
+    if (knot == NULL)
+        return MOTION_E_FULL;
+    for (uint32_t i = 0; i + 1 < timing->knots; i++) {
+        double next = timing->knot[i + 1];
+        const double t = timing_slowest(self, i);
+        double *before = &knot[knots - 1];
+        if (t - *before >= TIMING_LEAST && next - t >= TIMING_LEAST)
+            knot[knots++] = t;
+        else if (i > 0 && t - *before < TIMING_LEAST)
+            *before = t;
+        else if (i + 2 < timing->knots && next - t < TIMING_LEAST)
+            next = t;
+        knot[knots++] = next;
+    }
+    timing->knot = knot;
+    timing->knots = knots;
+    return MOTION_OK;
+}
+
+int plan_timing_distance(struct plan_timing *timing, double stretch,
                          struct motion_real length,
                          struct motion_real tolerance, struct motion_track *law,
                          struct motion_real *bound)
@@ -530,7 +589,10 @@ int plan_timing_distance(const struct plan_timing *timing, double stretch,
         .timing = timing, .stretch = stretch, .is_distance = true, .channels = 1
     };
     const struct motion_real start = motion_real_zero();
+    int err = timing_turns(&self, timing);
 
     plan_track_init(law, 0);
-    return timing_bake(&self, &start, &length, tolerance, &law, bound);
+    return err < 0
+               ? err
+               : timing_bake(&self, &start, &length, tolerance, &law, bound);
 }

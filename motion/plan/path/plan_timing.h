@@ -26,6 +26,7 @@
 #include "motion/plan/topp/topp_jerk.h"
 
 struct plan_timing {
+    struct plan_pool pool; /* of all that follows */
     struct plan_topp_path path;
     bool has_jerk;
     struct plan_topp topp;    /* without limits of jerk */
@@ -62,8 +63,9 @@ int plan_timing_inside(struct plan_timing *timing, double *stretch,
                        struct motion_track track[], struct motion_real bound[]);
 
 /* The distance along the path over time, all axes being coordinates of a space
- * in which it is so long; errors of motion_bake. */
-int plan_timing_distance(const struct plan_timing *timing, double stretch,
+ * in which it is so long, never back; it adds knots where the path is slowest.  Errors
+ * of motion_bake. */
+int plan_timing_distance(struct plan_timing *timing, double stretch,
                          struct motion_real length,
                          struct motion_real tolerance, struct motion_track *law,
                          struct motion_real *bound);

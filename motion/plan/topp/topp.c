@@ -3,10 +3,10 @@
 
 #include <math.h>
 #include <stdbool.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "motion/core/err.h"
+#include "motion/plan/topp/topp_divide.h"
 #include "motion/plan/topp/topp_rows.h"
 #include "motion/plan/topp/topp_time.h"
 
@@ -32,13 +32,15 @@
 #define TOPP_MARGIN 2e-8
 
 struct topp {
-    const struct plan_topp_request *request;
+    const struct plan_topp_request *request; /* with borders at caps */
     struct plan_topp *out;
     uint32_t *piece;    /* of each interval */
     double *low, *high; /* x at grid points from which the end can be reached */
     double (*u)[2];     /* of each interval, from `high` at its start */
     double wanted;      /* intervals */
+    double least;       /* in a piece: a short one may hold a whole corner */
     double still;       /* q' in the axes' velocities; below it they stand */
+    struct plan_pool *pool, *scratch;
     struct topp_lp lp;
 };
 
@@ -50,7 +52,7 @@ static uint32_t topp_share(const struct topp *self, uint32_t piece)
     const double all = path->border[path->pieces] - path->border[0];
     const double part = path->border[piece + 1] - path->border[piece];
 
-    return (uint32_t)fmax(ceil(self->wanted * part / all), 1);
+    return (uint32_t)fmax(ceil(self->wanted * part / all), self->least);
 }
 
 static int topp_allocate(struct topp *self)
@@ -58,13 +60,13 @@ static int topp_allocate(struct topp *self)
     struct plan_topp *out = self->out;
     const size_t n = (size_t)out->intervals + 1;
 
-    out->s = calloc(n, sizeof *out->s);
-    out->x = calloc(n, sizeof *out->x);
-    out->t = calloc(n, sizeof *out->t);
-    self->low = calloc(n, sizeof *self->low);
-    self->high = calloc(n, sizeof *self->high);
-    self->u = calloc(n, sizeof *self->u);
-    self->piece = calloc(n, sizeof *self->piece);
+    out->s = plan_pool_take(self->pool, n, sizeof *out->s);
+    out->x = plan_pool_take(self->pool, n, sizeof *out->x);
+    out->t = plan_pool_take(self->pool, n, sizeof *out->t);
+    self->low = plan_pool_take(self->scratch, n, sizeof *self->low);
+    self->high = plan_pool_take(self->scratch, n, sizeof *self->high);
+    self->u = plan_pool_take(self->scratch, n, sizeof *self->u);
+    self->piece = plan_pool_take(self->scratch, n, sizeof *self->piece);
     return out->s && out->x && out->t && self->low && self->high && self->u &&
                    self->piece
                ? MOTION_OK
@@ -428,12 +430,14 @@ static int topp_start(const struct topp *self, double *failed)
                : MOTION_E_LIMIT;
 }
 
-/* On a grid of `wanted` intervals. */
-static int topp_solve(struct topp *self, double wanted, double *failed)
+/* On a grid of about so many intervals, at least so many in a piece. */
+static int topp_solve(struct topp *self, double wanted, double least,
+                      double *failed)
 {
     int err;
 
     self->wanted = wanted;
+    self->least = least;
     self->lp.count = 0;
     err = topp_grid(self);
     if (err == MOTION_OK) {
@@ -446,15 +450,6 @@ static int topp_solve(struct topp *self, double wanted, double *failed)
         topp_forward(self);
         err = topp_times(self, failed);
     }
-    free(self->piece);
-    free(self->low);
-    free(self->high);
-    free(self->u);
-    self->piece = NULL;
-    self->low = self->high = NULL;
-    self->u = NULL;
-    if (err != MOTION_OK)
-        plan_topp_free(self->out);
     return err;
 }
 
@@ -462,16 +457,17 @@ static int topp_converge(struct topp *self, double *failed)
 {
     const uint32_t pieces = self->request->path.pieces;
     double wanted = fmax(TOPP_INTERVALS, (double)TOPP_PIECE_INTERVALS * pieces);
-    int err = topp_solve(self, wanted, failed);
+    double least = TOPP_PIECE_INTERVALS;
+    int err = topp_solve(self, wanted, least, failed);
     int steps = 0; /* that were small, in a row */
 
     for (int i = 0; err == MOTION_OK && i < TOPP_DOUBLINGS; i++) {
         const double before = plan_topp_duration(self->out);
         wanted *= 2;
-        if (wanted + pieces > PLAN_TOPP_INTERVALS_MAX)
+        least *= 2;
+        if (wanted + least * pieces > PLAN_TOPP_INTERVALS_MAX)
             break;
-        plan_topp_free(self->out);
-        err = topp_solve(self, wanted, failed);
+        err = topp_solve(self, wanted, least, failed);
         if (err == MOTION_OK && fabs(before - plan_topp_duration(self->out)) >
                                     TOPP_CONVERGED * before)
             steps = 0;
@@ -482,8 +478,11 @@ static int topp_converge(struct topp *self, double *failed)
 }
 
 int plan_topp_solve(const struct plan_topp_request *request,
-                    struct plan_topp *topp, double *failed)
+                    struct plan_pool *pool, struct plan_topp *topp,
+                    double *failed)
 {
+    struct plan_topp_request divided;
+    struct plan_pool scratch = { NULL };
     struct topp *self;
     int err = topp_check(request);
 
@@ -491,15 +490,22 @@ int plan_topp_solve(const struct plan_topp_request *request,
     *failed = NAN;
     if (err < 0)
         return err;
-    self = calloc(1, sizeof *self);
-    if (self == NULL)
-        return MOTION_E_FULL;
-    self->request = request;
-    self->out = topp;
-    err = request->intervals > 0 ? topp_solve(self, request->intervals, failed)
-                                 : topp_converge(self, failed);
+    self = plan_pool_take(&scratch, 1, sizeof *self);
+    err =
+        self != NULL ? topp_divide(request, &scratch, &divided) : MOTION_E_FULL;
+    if (err == MOTION_OK) {
+        self->request = &divided;
+        self->out = topp;
+        self->pool = pool;
+        self->scratch = &scratch;
+        err = request->intervals > 0
+                  ? topp_solve(self, request->intervals, 1, failed)
+                  : topp_converge(self, failed);
+    }
     if (err == MOTION_OK)
         *failed = NAN;
-    free(self);
+    else
+        *topp = (struct plan_topp){ 0 };
+    plan_pool_free(&scratch);
     return err;
 }

@@ -29,6 +29,7 @@
 #include <stdint.h>
 
 #include "motion/core/track.h"
+#include "motion/plan/plan_pool.h"
 
 MOTION_C_BEGIN
 
@@ -50,13 +51,11 @@ struct plan_topp_path {
 };
 
 /* The path that tracks, one per axis, run along: any curve of motion/, with its
- * time in s as s; an axis whose track has ended stands.  MOTION_E_ARG for the
- * count of axes, MOTION_E_EMPTY when all tracks are empty, MOTION_E_FULL
- * without memory; the path is then empty. */
+ * time in s as s; an axis whose track has ended stands.  It is in the pool.
+ * MOTION_E_ARG for the count of axes, MOTION_E_EMPTY when all tracks are empty,
+ * MOTION_E_FULL without memory. */
 int plan_topp_path_of(const struct motion_track *const track[], unsigned axes,
-                      struct plan_topp_path *path);
-/* Free what plan_topp_path_of allocated. */
-void plan_topp_path_free(struct plan_topp_path *path);
+                      struct plan_pool *pool, struct plan_topp_path *path);
 
 /* Of an axis, unit/s and unit/s2: min < 0 < max. */
 struct plan_topp_limit {
@@ -92,13 +91,13 @@ struct plan_topp_state {
     double s, vel, acc, jerk;
 };
 
-/* MOTION_E_ARG for a count, a border, a limit or a speed out of range,
+/* The law, in the pool.  MOTION_E_ARG for a count, a border, a limit or a speed out of range,
  * MOTION_E_FULL without memory, MOTION_E_LIMIT when the speed at the start
  * or the end is more than the path allows; *failed is then the s where no speed
  * is left, NaN otherwise.  On an error `topp` is empty. */
 int plan_topp_solve(const struct plan_topp_request *request,
-                    struct plan_topp *topp, double *failed);
-void plan_topp_free(struct plan_topp *topp);
+                    struct plan_pool *pool, struct plan_topp *topp,
+                    double *failed);
 
 /* In s, from start to end. */
 double plan_topp_duration(const struct plan_topp *topp);

@@ -2,7 +2,6 @@
 #include "motion/plan/topp/topp_barrier.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "motion/core/err.h"
@@ -133,7 +132,8 @@ static void barrier_rows(struct topp_barrier *self, const uint32_t piece[],
 int topp_barrier_init(struct topp_barrier *self, const struct topp_chain *chain,
                       const struct topp_barrier_limit limit[],
                       uint32_t intervals, const double w[],
-                      const uint32_t piece[], const double cap[], double most)
+                      const uint32_t piece[], const double cap[], double most,
+                      struct plan_pool *pool)
 {
     const size_t n = (size_t)intervals + 2, points = n * BARRIER_POINTS;
 
@@ -141,35 +141,20 @@ int topp_barrier_init(struct topp_barrier *self, const struct topp_chain *chain,
                                    .limit = limit,
                                    .axes = chain->path.axes,
                                    .intervals = intervals };
-    self->w = calloc(n, sizeof *self->w);
-    self->r = calloc(points * self->axes, sizeof *self->r);
-    self->bound = calloc(points, sizeof *self->bound);
-    self->z = calloc(n, sizeof *self->z);
-    self->gradient = calloc(n, sizeof *self->gradient);
-    self->step = calloc(n, sizeof *self->step);
-    self->trial = calloc(n, sizeof *self->trial);
-    self->matrix = calloc(n, sizeof *self->matrix);
+    self->w = plan_pool_take(pool, n, sizeof *self->w);
+    self->r = plan_pool_take(pool, points * self->axes, sizeof *self->r);
+    self->bound = plan_pool_take(pool, points, sizeof *self->bound);
+    self->z = plan_pool_take(pool, n, sizeof *self->z);
+    self->gradient = plan_pool_take(pool, n, sizeof *self->gradient);
+    self->step = plan_pool_take(pool, n, sizeof *self->step);
+    self->trial = plan_pool_take(pool, n, sizeof *self->trial);
+    self->matrix = plan_pool_take(pool, n, sizeof *self->matrix);
     if (!self->w || !self->r || !self->bound || !self->z || !self->gradient ||
-        !self->step || !self->trial || !self->matrix) {
-        topp_barrier_free(self);
+        !self->step || !self->trial || !self->matrix)
         return MOTION_E_FULL;
-    }
     memcpy(self->w, w, (n - 1) * sizeof *w);
     barrier_rows(self, piece, cap, most);
     return MOTION_OK;
-}
-
-void topp_barrier_free(struct topp_barrier *self)
-{
-    free(self->w);
-    free(self->r);
-    free(self->bound);
-    free(self->z);
-    free(self->gradient);
-    free(self->step);
-    free(self->trial);
-    free(self->matrix);
-    *self = (struct topp_barrier){ 0 };
 }
 
 bool topp_barrier_hold(struct topp_barrier *self, double start, double end)

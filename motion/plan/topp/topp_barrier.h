@@ -47,12 +47,12 @@ struct topp_barrier {
 };
 
 /* A grid of intervals that each lie in one piece; w is copied, piece says of
- * which each is; cap bounds s' in each interval, most z.  MOTION_E_FULL without memory. */
+ * which each is; cap bounds s' in each interval, most z.  In the pool; MOTION_E_FULL without memory. */
 int topp_barrier_init(struct topp_barrier *self, const struct topp_chain *chain,
                       const struct topp_barrier_limit limit[],
                       uint32_t intervals, const double w[],
-                      const uint32_t piece[], const double cap[], double most);
-void topp_barrier_free(struct topp_barrier *self);
+                      const uint32_t piece[], const double cap[], double most,
+                      struct plan_pool *pool);
 
 /* Hold z at the start and the end, where it does not change: what z is there
  * stays as it is, and is to become this (topp_barrier_lead); 0 where it is free.  False

@@ -2,7 +2,6 @@
 #include "motion/plan/topp/topp_curve.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "motion/core/err.h"
@@ -64,6 +63,7 @@ struct curve {
     struct topp_barrier barrier;
     struct topp_grid grid;
     double *cap; /* of s' in each interval */
+    struct plan_pool scratch, *pool;
 };
 
 /* --- limits ------------------------------------------------------------------ */
@@ -249,20 +249,18 @@ static int curve_barrier(struct curve *self, struct topp_barrier *barrier)
 {
     int err;
 
-    free(self->cap);
-    self->cap = calloc(self->grid.intervals, sizeof *self->cap);
+    self->cap =
+        plan_pool_take(&self->scratch, self->grid.intervals, sizeof *self->cap);
     if (self->cap == NULL)
         return MOTION_E_FULL;
     curve_caps(self);
-    err = topp_barrier_init(barrier, self->chain, self->limit,
-                            self->grid.intervals, self->grid.w,
-                            self->grid.piece, self->cap, curve_most(self));
+    err = topp_barrier_init(
+        barrier, self->chain, self->limit, self->grid.intervals, self->grid.w,
+        self->grid.piece, self->cap, curve_most(self), &self->scratch);
     if (err == MOTION_OK &&
         !topp_barrier_hold(barrier, curve_held(self, &self->chain->start),
-                           curve_held(self, &self->chain->end))) {
-        topp_barrier_free(barrier);
+                           curve_held(self, &self->chain->end)))
         err = MOTION_E_LIMIT;
-    }
     return err;
 }
 
@@ -275,8 +273,9 @@ static void curve_uniform(struct topp_barrier *barrier)
 /* The first grid, with the uniform law. */
 static int curve_first(struct curve *self)
 {
-    int err = topp_grid_even(self->chain, curve_grid[0].intervals * self->part,
-                             curve_grid[0].per_piece, &self->grid);
+    int err =
+        topp_grid_even(self->chain, curve_grid[0].intervals * self->part,
+                       curve_grid[0].per_piece, &self->scratch, &self->grid);
 
     if (err < 0)
         return err;
@@ -293,14 +292,13 @@ static int curve_refine(struct curve *self, double intervals, double per_piece)
     struct topp_barrier next = { 0 };
     int err;
 
-    topp_grid_free(&self->grid);
-    err = topp_grid_by_time(&self->barrier, intervals, per_piece, &self->grid);
+    err = topp_grid_by_time(&self->barrier, intervals, per_piece,
+                            &self->scratch, &self->grid);
     if (err == MOTION_OK)
         err = curve_barrier(self, &next);
     if (err != MOTION_OK)
         return err;
     curve_carry(&self->barrier, &next);
-    topp_barrier_free(&self->barrier);
     self->barrier = next;
     return MOTION_OK;
 }
@@ -352,13 +350,11 @@ static int curve_output(const struct curve *self, double stretch,
     const double unit = self->unit * stretch;
 
     *out = (struct plan_topp){ .intervals = n };
-    out->s = calloc((size_t)n + 1, sizeof *out->s);
-    out->t = calloc((size_t)n + 1, sizeof *out->t);
-    out->x = calloc(n, sizeof *out->x);
-    if (out->s == NULL || out->t == NULL || out->x == NULL) {
-        plan_topp_free(out);
+    out->s = plan_pool_take(self->pool, (size_t)n + 1, sizeof *out->s);
+    out->t = plan_pool_take(self->pool, (size_t)n + 1, sizeof *out->t);
+    out->x = plan_pool_take(self->pool, n, sizeof *out->x);
+    if (out->s == NULL || out->t == NULL || out->x == NULL)
         return MOTION_E_FULL;
-    }
     for (uint32_t i = 0; i < n; i++) {
         topp_barrier_z(barrier, i, out->x[i]);
         for (int k = 0; k < 3; k++)
@@ -367,10 +363,7 @@ static int curve_output(const struct curve *self, double stretch,
         out->t[i + 1] =
             out->t[i] + topp_time(out->x[i], barrier->w[i + 1] - barrier->w[i]);
     }
-    if (isfinite(out->t[n]))
-        return MOTION_OK;
-    plan_topp_free(out);
-    return MOTION_E_LIMIT;
+    return isfinite(out->t[n]) ? MOTION_OK : MOTION_E_LIMIT;
 }
 
 /* On one grid. */
@@ -446,29 +439,24 @@ static int curve_run(struct curve *self, struct plan_topp *out)
 
 int topp_curve_solve(const struct topp_chain *chain,
                      const struct plan_topp_request *request,
-                     const double jerk[], struct plan_topp *out)
+                     const double jerk[], struct plan_pool *pool,
+                     struct plan_topp *out)
 {
     const uint32_t pieces = chain->last - chain->first + 1;
-    struct curve *self;
+    struct curve self = { .chain = chain,
+                          .request = request,
+                          .jerk = jerk,
+                          .part = fmax((double)pieces / request->path.pieces,
+                                       CURVE_PART),
+                          .pool = pool };
     int err;
 
-    *out = (struct plan_topp){ 0 };
     if ((curve_grid[CURVE_GRIDS - 1].per_piece * pieces + request->intervals) *
             request->path.axes >
         CURVE_WORK_MAX)
         return MOTION_E_WORK;
-    self = calloc(1, sizeof *self);
-    if (self == NULL)
-        return MOTION_E_FULL;
-    self->chain = chain;
-    self->request = request;
-    self->jerk = jerk;
-    self->part = fmax((double)pieces / request->path.pieces, CURVE_PART);
-    err =
-        curve_is_held(self) ? curve_run_held(self, out) : curve_run(self, out);
-    topp_barrier_free(&self->barrier);
-    topp_grid_free(&self->grid);
-    free(self->cap);
-    free(self);
+    err = curve_is_held(&self) ? curve_run_held(&self, out)
+                               : curve_run(&self, out);
+    plan_pool_free(&self.scratch);
     return err;
 }

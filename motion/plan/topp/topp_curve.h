@@ -15,10 +15,11 @@
 
 #include "motion/plan/topp/topp_chain.h"
 
-/* z = w'^2 as x of `out`, w as its s.  MOTION_E_FULL without memory,
+/* z = w'^2 as x of `out`, w as its s, in the pool.  MOTION_E_FULL without memory,
  * MOTION_E_LIMIT when no law from or to a speed was found, MOTION_E_WORK when the path has too many pieces. */
 int topp_curve_solve(const struct topp_chain *chain,
                      const struct plan_topp_request *request,
-                     const double jerk[], struct plan_topp *out);
+                     const double jerk[], struct plan_pool *pool,
+                     struct plan_topp *out);
 
 #endif

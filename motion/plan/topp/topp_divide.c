@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_interval.h"
 #include "motion/plan/topp/topp_chain.h"
 #include "motion/plan/topp/topp_poly.h"
 
@@ -28,13 +29,14 @@ static int divide_order(const void *a, const void *b)
 
 /* Borders of the path and of caps inside it, each once. */
 static double *divide_places(const struct plan_topp_request *request,
-                             uint32_t *count)
+                             struct plan_pool *pool, uint32_t *count)
 {
     const struct plan_topp_path *path = &request->path;
     const double first = path->border[0], last = path->border[path->pieces];
     const double least = (last - first) * DIVIDE_STILL;
     size_t n = (size_t)path->pieces + 1, kept = 1;
-    double *at = calloc(n + 2 * (size_t)request->cap_count, sizeof *at);
+    double *at =
+        plan_pool_take(pool, n + 2 * (size_t)request->cap_count, sizeof *at);
 
     if (at == NULL)
         return NULL;
@@ -53,24 +55,17 @@ static double *divide_places(const struct plan_topp_request *request,
     return at;
 }
 
-int topp_divide_path(const struct plan_topp_request *request,
-                     struct plan_topp_path *path)
+/* The pieces of the path between its borders and those of caps. */
+static int divide_path(const struct plan_topp_path *from,
+                       struct plan_pool *pool, struct plan_topp_path *path)
 {
-    const struct plan_topp_path *from = &request->path;
     const size_t size = from->degree + 1, row = from->axes * size;
-    uint32_t count = 0, piece = 0;
+    uint32_t piece = 0;
 
-    *path = *from;
-    path->coef = NULL;
-    path->border = divide_places(request, &count);
-    if (path->border != NULL && count * row > 0)
-        path->coef = calloc(count * row, sizeof *path->coef);
-    if (path->coef == NULL) {
-        plan_topp_path_free(path);
+    path->coef = plan_pool_take(pool, path->pieces * row, sizeof *path->coef);
+    if (path->coef == NULL)
         return MOTION_E_FULL;
-    }
-    path->pieces = count;
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < path->pieces; i++) {
         const double middle = (path->border[i] + path->border[i + 1]) / 2;
         double *coef = path->coef + i * row;
         while (piece + 1 < from->pieces && from->border[piece + 1] <= middle)
@@ -81,6 +76,36 @@ int topp_divide_path(const struct plan_topp_request *request,
                             path->border[i] - from->border[piece]);
     }
     return MOTION_OK;
+}
+
+/* The border that is nearest to a place. */
+static double divide_nearest(const struct plan_topp_path *path, double s)
+{
+    const uint32_t i = double_interval_find(path->border, sizeof *path->border,
+                                            path->pieces, s);
+    const double before = path->border[i], after = path->border[i + 1];
+
+    return s - before < after - s ? before : after;
+}
+
+int topp_divide(const struct plan_topp_request *request, struct plan_pool *pool,
+                struct plan_topp_request *divided)
+{
+    struct plan_topp_cap *cap =
+        plan_pool_take(pool, (size_t)request->cap_count + 1, sizeof *cap);
+
+    *divided = *request;
+    divided->cap = cap;
+    divided->path.border = divide_places(request, pool, &divided->path.pieces);
+    if (cap == NULL || divided->path.border == NULL)
+        return MOTION_E_FULL;
+    for (uint32_t i = 0; i < request->cap_count; i++)
+        cap[i] = (struct plan_topp_cap){
+            divide_nearest(&divided->path, request->cap[i].from),
+            divide_nearest(&divided->path, request->cap[i].to),
+            request->cap[i].speed
+        };
+    return divide_path(&request->path, pool, &divided->path);
 }
 
 /* --- borders ----------------------------------------------------------------- */
@@ -160,10 +185,12 @@ static enum topp_border divide_kind(const struct plan_topp_request *request,
                : TOPP_BORDER_SMOOTH;
 }
 
-enum topp_border *topp_divide_borders(const struct plan_topp_request *request)
+enum topp_border *topp_divide_borders(const struct plan_topp_request *request,
+                                      struct plan_pool *pool)
 {
     const struct plan_topp_path *path = &request->path;
-    enum topp_border *border = calloc((size_t)path->pieces + 1, sizeof *border);
+    enum topp_border *border =
+        plan_pool_take(pool, (size_t)path->pieces + 1, sizeof *border);
     struct divide_sizes most = { 0 };
 
     if (border == NULL)

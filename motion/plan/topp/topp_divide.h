@@ -1,5 +1,5 @@
-/* motion/plan/topp/topp_divide.h - a path divided where it must stop, for limits of
- * jerk; see topp_jerk.h.  Off-line: double and heap. */
+/* motion/plan/topp/topp_divide.h - a path divided where caps begin and end, and where
+ * limits of jerk make it stop; see topp_jerk.h.  Off-line: double and heap. */
 #ifndef MOTION_PLAN_TOPP_TOPP_DIVIDE_H
 #define MOTION_PLAN_TOPP_TOPP_DIVIDE_H
 
@@ -14,14 +14,15 @@ enum topp_border {
     TOPP_BORDER_STOP,
 };
 
-/* A copy of the path with borders at all ends of caps too.  MOTION_E_FULL
- * without memory. */
-int topp_divide_path(const struct plan_topp_request *request,
-                     struct plan_topp_path *path);
+/* The request with borders of its path at all ends of caps too, where these are then to
+ * the bit; path and caps are copies, in the pool.  MOTION_E_FULL without memory. */
+int topp_divide(const struct plan_topp_request *request, struct plan_pool *pool,
+                struct plan_topp_request *divided);
 
 /* What happens at every border, pieces + 1 of them, the first and the last of
  * which are stops; NULL without memory. */
-enum topp_border *topp_divide_borders(const struct plan_topp_request *request);
+enum topp_border *topp_divide_borders(const struct plan_topp_request *request,
+                                      struct plan_pool *pool);
 
 /* All axes stand all along a piece. */
 bool topp_divide_is_still(const struct plan_topp_path *path, uint32_t piece);

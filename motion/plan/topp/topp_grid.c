@@ -2,7 +2,6 @@
 #include "motion/plan/topp/topp_grid.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "motion/core/err.h"
@@ -12,19 +11,13 @@
 /* Of the intervals, which are placed by time, the others by w. */
 #define GRID_BY_TIME 0.7
 
-static int grid_allocate(struct topp_grid *grid, uint32_t intervals)
+static int grid_allocate(struct topp_grid *grid, struct plan_pool *pool,
+                         uint32_t intervals)
 {
     grid->intervals = intervals;
-    grid->piece = calloc(intervals, sizeof *grid->piece);
-    grid->w = calloc((size_t)intervals + 1, sizeof *grid->w);
+    grid->piece = plan_pool_take(pool, intervals, sizeof *grid->piece);
+    grid->w = plan_pool_take(pool, (size_t)intervals + 1, sizeof *grid->w);
     return grid->piece && grid->w ? MOTION_OK : MOTION_E_FULL;
-}
-
-void topp_grid_free(struct topp_grid *grid)
-{
-    free(grid->piece);
-    free(grid->w);
-    *grid = (struct topp_grid){ 0 };
 }
 
 /* Where intervals go: how many of `all` up to each point of a grid. */
@@ -32,12 +25,6 @@ struct grid_measure {
     uint32_t points;
     double *w, *m;
 };
-
-static void grid_measure_free(struct grid_measure *measure)
-{
-    free(measure->w);
-    free(measure->m);
-}
 
 double topp_grid_time(const struct topp_barrier *barrier, uint32_t i)
 {
@@ -49,14 +36,15 @@ double topp_grid_time(const struct topp_barrier *barrier, uint32_t i)
 
 /* By the time of a law. */
 static int grid_measure_time(const struct topp_barrier *barrier,
+                             struct plan_pool *pool,
                              struct grid_measure *measure)
 {
     const uint32_t n = barrier->intervals;
     double all = 0;
 
     *measure = (struct grid_measure){ .points = n + 1 };
-    measure->w = calloc((size_t)n + 1, sizeof *measure->w);
-    measure->m = calloc((size_t)n + 1, sizeof *measure->m);
+    measure->w = plan_pool_take(pool, (size_t)n + 1, sizeof *measure->w);
+    measure->m = plan_pool_take(pool, (size_t)n + 1, sizeof *measure->m);
     if (measure->w == NULL || measure->m == NULL)
         return MOTION_E_FULL;
     for (uint32_t i = 0; i < n; i++)
@@ -72,13 +60,14 @@ static int grid_measure_time(const struct topp_barrier *barrier,
 
 /* By w, with all borders of pieces. */
 static int grid_measure_even(const struct topp_chain *chain,
+                             struct plan_pool *pool,
                              struct grid_measure *measure)
 {
     const uint32_t pieces = chain->last - chain->first + 1;
 
     *measure = (struct grid_measure){ .points = pieces + 1 };
-    measure->w = calloc((size_t)pieces + 1, sizeof *measure->w);
-    measure->m = calloc((size_t)pieces + 1, sizeof *measure->m);
+    measure->w = plan_pool_take(pool, (size_t)pieces + 1, sizeof *measure->w);
+    measure->m = plan_pool_take(pool, (size_t)pieces + 1, sizeof *measure->m);
     if (measure->w == NULL || measure->m == NULL)
         return MOTION_E_FULL;
     for (uint32_t i = 1; i < pieces; i++)
@@ -103,11 +92,12 @@ static double grid_interpolate(const double x[], const double y[],
 /* A new grid of about so many intervals. */
 static int grid_place(const struct topp_chain *chain, double intervals,
                       double per_piece, const struct grid_measure *measure,
-                      struct topp_grid *grid)
+                      struct plan_pool *pool, struct topp_grid *grid)
 {
     const uint32_t pieces = chain->last - chain->first + 1, n = measure->points;
-    uint32_t *count = calloc(pieces, sizeof *count), at = 0, all = 0;
-    double *w = calloc((size_t)pieces + 1, sizeof *w);
+    uint32_t *count = plan_pool_take(pool, pieces, sizeof *count), at = 0,
+             all = 0;
+    double *w = plan_pool_take(pool, (size_t)pieces + 1, sizeof *w);
     int err = count && w ? MOTION_OK : MOTION_E_FULL;
 
     for (uint32_t i = 0; err == MOTION_OK && i < pieces; i++) {
@@ -122,7 +112,7 @@ static int grid_place(const struct topp_chain *chain, double intervals,
         all += count[i];
     }
     if (err == MOTION_OK)
-        err = grid_allocate(grid, all);
+        err = grid_allocate(grid, pool, all);
     for (uint32_t i = 0; err == MOTION_OK && i < pieces; i++) {
         const double from = grid_interpolate(measure->w, measure->m, n, w[i]);
         const double to = grid_interpolate(measure->w, measure->m, n, w[i + 1]);
@@ -136,37 +126,29 @@ static int grid_place(const struct topp_chain *chain, double intervals,
     }
     if (err == MOTION_OK)
         grid->w[at] = 1;
-    free(count);
-    free(w);
     return err;
 }
 
 int topp_grid_even(const struct topp_chain *chain, double intervals,
-                   double per_piece, struct topp_grid *grid)
+                   double per_piece, struct plan_pool *pool,
+                   struct topp_grid *grid)
 {
     struct grid_measure measure;
-    int err = grid_measure_even(chain, &measure);
+    const int err = grid_measure_even(chain, pool, &measure);
 
-    *grid = (struct topp_grid){ 0 };
-    if (err == MOTION_OK)
-        err = grid_place(chain, intervals, per_piece, &measure, grid);
-    grid_measure_free(&measure);
-    if (err < 0)
-        topp_grid_free(grid);
-    return err;
+    return err < 0
+               ? err
+               : grid_place(chain, intervals, per_piece, &measure, pool, grid);
 }
 
 int topp_grid_by_time(const struct topp_barrier *barrier, double intervals,
-                      double per_piece, struct topp_grid *grid)
+                      double per_piece, struct plan_pool *pool,
+                      struct topp_grid *grid)
 {
     struct grid_measure measure;
-    int err = grid_measure_time(barrier, &measure);
+    const int err = grid_measure_time(barrier, pool, &measure);
 
-    *grid = (struct topp_grid){ 0 };
-    if (err == MOTION_OK)
-        err = grid_place(barrier->chain, intervals, per_piece, &measure, grid);
-    grid_measure_free(&measure);
-    if (err < 0)
-        topp_grid_free(grid);
-    return err;
+    return err < 0 ? err
+                   : grid_place(barrier->chain, intervals, per_piece, &measure,
+                                pool, grid);
 }

@@ -12,14 +12,15 @@ struct topp_grid {
     double *w;       /* intervals + 1, from 0 to 1 */
 };
 
-/* About so many intervals, at least so many in each piece, even in w.
+/* In the pool, about so many intervals, at least so many in each piece, even in w.
  * MOTION_E_FULL without memory, as the next. */
 int topp_grid_even(const struct topp_chain *chain, double intervals,
-                   double per_piece, struct topp_grid *grid);
+                   double per_piece, struct plan_pool *pool,
+                   struct topp_grid *grid);
 /* Denser where the barrier's z takes its time. */
 int topp_grid_by_time(const struct topp_barrier *barrier, double intervals,
-                      double per_piece, struct topp_grid *grid);
-void topp_grid_free(struct topp_grid *grid);
+                      double per_piece, struct plan_pool *pool,
+                      struct topp_grid *grid);
 
 /* Time that the barrier's z takes on interval i. */
 double topp_grid_time(const struct topp_barrier *barrier, uint32_t i);

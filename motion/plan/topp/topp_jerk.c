@@ -2,7 +2,6 @@
 #include "motion/plan/topp/topp_jerk.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "motion/core/err.h"
 #include "motion/double/double_interval.h"
@@ -24,6 +23,7 @@ struct jerk_plan {
     struct plan_topp_request request; /* of the law's path */
     const double *jerk;
     const enum topp_border *border;
+    struct plan_pool *pool;
     struct plan_topp_law *law;
 };
 
@@ -71,7 +71,7 @@ static int jerk_curve(const struct jerk_plan *self, uint32_t first,
                       uint32_t last, struct plan_topp_run *run)
 {
     topp_chain_init(&run->chain, &self->request, first, last);
-    return topp_curve_solve(&run->chain, &self->request, self->jerk,
+    return topp_curve_solve(&run->chain, &self->request, self->jerk, self->pool,
                             &run->curve);
 }
 
@@ -140,7 +140,7 @@ static int jerk_solve(struct jerk_plan *self, double *failed)
     uint32_t first = 0;
     int err = MOTION_OK;
 
-    self->law->run = calloc(pieces, sizeof *self->law->run);
+    self->law->run = plan_pool_take(self->pool, pieces, sizeof *self->law->run);
     if (self->law->run == NULL)
         return MOTION_E_FULL;
     for (uint32_t i = 0; err == MOTION_OK && i < pieces; i++) {
@@ -176,40 +176,28 @@ static int jerk_check(const struct plan_topp_request *request,
 }
 
 int plan_topp_jerk_solve(const struct plan_topp_request *request,
-                         const double jerk[], struct plan_topp_law *law,
-                         double *failed)
+                         const double jerk[], struct plan_pool *pool,
+                         struct plan_topp_law *law, double *failed)
 {
-    struct jerk_plan self = { .request = *request, .jerk = jerk, .law = law };
-    enum topp_border *border = NULL;
+    struct jerk_plan self = { .jerk = jerk, .pool = pool, .law = law };
+    struct plan_pool scratch = { NULL };
     int err = jerk_check(request, jerk);
 
     *law = (struct plan_topp_law){ 0 };
     *failed = NAN;
     if (err == MOTION_OK)
-        err = topp_divide_path(request, &law->path);
+        err = topp_divide(request, pool, &self.request);
     if (err == MOTION_OK) {
-        self.request.path = law->path;
-        border = topp_divide_borders(&self.request);
-        err = border != NULL ? MOTION_OK : MOTION_E_FULL;
+        law->path = self.request.path;
+        self.border = topp_divide_borders(&self.request, &scratch);
+        err = self.border != NULL ? jerk_solve(&self, failed) : MOTION_E_FULL;
     }
-    self.border = border;
-    if (err == MOTION_OK)
-        err = jerk_solve(&self, failed);
-    free(border);
+    plan_pool_free(&scratch);
     if (err == MOTION_OK)
         *failed = NAN;
     else
-        plan_topp_law_free(law);
+        *law = (struct plan_topp_law){ 0 };
     return err;
-}
-
-void plan_topp_law_free(struct plan_topp_law *law)
-{
-    for (uint32_t i = 0; i < law->runs; i++)
-        plan_topp_free(&law->run[i].curve);
-    free(law->run);
-    plan_topp_path_free(&law->path);
-    *law = (struct plan_topp_law){ 0 };
 }
 
 /* --- reading ----------------------------------------------------------------- */

@@ -22,7 +22,7 @@
 struct plan_topp_run;
 
 struct plan_topp_law {
-    struct plan_topp_path path; /* of its own */
+    struct plan_topp_path path; /* with borders at caps */
     uint32_t runs;
     struct plan_topp_run *run;
     double duration; /* s */
@@ -33,16 +33,15 @@ struct plan_topp_axis_state {
     double pos, vel, acc, jerk;
 };
 
-/* The request as in topp.h; jerk in unit/s3 of each axis, above 0.
+/* The law, in the pool.  The request as in topp.h; jerk in unit/s3 of each axis, above 0.
  * MOTION_E_ARG for what is out of range, MOTION_E_FULL without memory,
  * MOTION_E_WORK for more pieces times axes than can be worked on,
  * MOTION_E_LIMIT when no law is inside the limits from the speed at the start or
  * to that at the end; *failed is then where the stretch begins, NaN otherwise.  On
  * an error `law` is empty. */
 int plan_topp_jerk_solve(const struct plan_topp_request *request,
-                         const double jerk[], struct plan_topp_law *law,
-                         double *failed);
-void plan_topp_law_free(struct plan_topp_law *law);
+                         const double jerk[], struct plan_pool *pool,
+                         struct plan_topp_law *law, double *failed);
 
 /* Times at which jerk may step on one run, in order, its start and its end among
  * them; `knot` may be NULL.  Returns how many. */

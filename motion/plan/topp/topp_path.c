@@ -34,14 +34,15 @@ static int64_t path_start(const struct motion_track *const track[],
 
 /* All borders of all tracks once, in 2^-12 ns; NULL without memory. */
 static int64_t *path_borders(const struct motion_track *const track[],
-                             unsigned axes, uint32_t *count)
+                             unsigned axes, struct plan_pool *pool,
+                             uint32_t *count)
 {
     size_t all = 1, kept = 1;
     int64_t *border;
 
     for (unsigned k = 0; k < axes; k++)
         all += track[k]->count;
-    border = calloc(all, sizeof *border);
+    border = plan_pool_take(pool, all, sizeof *border);
     if (border == NULL)
         return NULL;
     all = 1;
@@ -110,12 +111,13 @@ static unsigned path_degree(const struct motion_track *const track[],
 }
 
 static int path_fill(const struct motion_track *const track[],
-                     const int64_t border[], struct plan_topp_path *path)
+                     const int64_t border[], struct plan_pool *pool,
+                     struct plan_topp_path *path)
 {
     const size_t size = path->degree + 1;
-    double *s = calloc((size_t)path->pieces + 1, sizeof *s);
-    double *coef =
-        calloc((size_t)path->pieces * path->axes * size, sizeof *coef);
+    double *s = plan_pool_take(pool, (size_t)path->pieces + 1, sizeof *s);
+    double *coef = plan_pool_take(
+        pool, (size_t)path->pieces * path->axes * size, sizeof *coef);
 
     path->border = s;
     path->coef = coef;
@@ -129,31 +131,23 @@ static int path_fill(const struct motion_track *const track[],
 }
 
 int plan_topp_path_of(const struct motion_track *const track[], unsigned axes,
-                      struct plan_topp_path *path)
+                      struct plan_pool *pool, struct plan_topp_path *path)
 {
+    struct plan_pool scratch = { NULL };
     uint32_t count = 0;
     int64_t *border;
-    int err;
+    int err = MOTION_E_FULL;
 
     *path = (struct plan_topp_path){ 0 };
     if (axes < 1 || axes > PLAN_TOPP_AXES_MAX)
         return MOTION_E_ARG;
-    border = path_borders(track, axes, &count);
-    if (border == NULL)
-        return MOTION_E_FULL;
-    *path = (struct plan_topp_path){ .axes = axes,
-                                     .degree = path_degree(track, axes),
-                                     .pieces = count - 1 };
-    err = count < 2 ? MOTION_E_EMPTY : path_fill(track, border, path);
-    free(border);
-    if (err != MOTION_OK)
-        plan_topp_path_free(path);
+    border = path_borders(track, axes, &scratch, &count);
+    if (border != NULL) {
+        *path = (struct plan_topp_path){ .axes = axes,
+                                         .degree = path_degree(track, axes),
+                                         .pieces = count - 1 };
+        err = count < 2 ? MOTION_E_EMPTY : path_fill(track, border, pool, path);
+    }
+    plan_pool_free(&scratch);
     return err;
-}
-
-void plan_topp_path_free(struct plan_topp_path *path)
-{
-    free(path->border);
-    free(path->coef);
-    *path = (struct plan_topp_path){ 0 };
 }

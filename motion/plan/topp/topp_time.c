@@ -2,7 +2,6 @@
 #include "motion/plan/topp/topp_time.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "motion/double/double_interval.h"
 #include "motion/double/double_math.h"
@@ -62,12 +61,4 @@ void plan_topp_at(const struct plan_topp *topp, double t_s,
     topp_inside(topp->x[low], topp->s[low + 1] - topp->s[low],
                 t_s - topp->t[low], state);
     state->s += topp->s[low];
-}
-
-void plan_topp_free(struct plan_topp *topp)
-{
-    free(topp->s);
-    free(topp->x);
-    free(topp->t);
-    *topp = (struct plan_topp){ 0 };
 }

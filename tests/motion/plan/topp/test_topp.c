@@ -16,19 +16,23 @@
 #include "tests/motion/plan/topp/topp_judge.h"
 #include "tests/motion/plan/topp/topp_rig.h"
 
+/* Of what was solved last. */
+static struct plan_pool pool;
+
 /* Solve, hold every limit, return the duration. */
 static double duration_of(const struct topp_rig *rig)
 {
     struct plan_topp topp;
     double failed, duration;
 
-    assert_int_equal(plan_topp_solve(&rig->request, &topp, &failed), MOTION_OK);
+    assert_int_equal(plan_topp_solve(&rig->request, &pool, &topp, &failed),
+                     MOTION_OK);
     assert_true(isnan(failed));
     duration = plan_topp_duration(&topp);
     const double excess = topp_judge_excess(&rig->request, &topp, 20000);
     if (excess > 1e-7)
         fail_msg("a limit is exceeded by %.3g of itself", excess);
-    plan_topp_free(&topp);
+    plan_pool_free(&pool);
     return duration;
 }
 
@@ -91,14 +95,15 @@ static void it_starts_and_ends_at_the_speed_asked_for(void **state)
     topp_rig_straight(&rig, 1, 1);
     rig.request.start_speed = 0.5;
     rig.request.end_speed = 0.25;
-    assert_int_equal(plan_topp_solve(&rig.request, &topp, &failed), MOTION_OK);
+    assert_int_equal(plan_topp_solve(&rig.request, &pool, &topp, &failed),
+                     MOTION_OK);
     plan_topp_at(&topp, 0, &at);
     near(at.vel, 0.5, 1e-9);
     near(at.s + 1, 1, 1e-12);
     plan_topp_at(&topp, 1e9, &at);
     near(at.vel, 0.25, 1e-9);
     near(at.s, 1, 1e-12);
-    plan_topp_free(&topp);
+    plan_pool_free(&pool);
 }
 
 static void
@@ -111,7 +116,7 @@ a_speed_that_cannot_be_braked_is_refused_where_it_fails(void **state)
     (void)state;
     topp_rig_straight(&rig, 0.1, 1);
     rig.request.start_speed = 9; /* of 0.1 units: 0.9 unit/s, 0.4 to brake */
-    assert_int_equal(plan_topp_solve(&rig.request, &topp, &failed),
+    assert_int_equal(plan_topp_solve(&rig.request, &pool, &topp, &failed),
                      MOTION_E_LIMIT);
     assert_true(failed == 0);
     assert_null(topp.s);
@@ -128,7 +133,8 @@ static void caps_and_stops_are_kept(void **state)
     rig.cap[0] = (struct plan_topp_cap){ 2, 4, 0.05 };
     rig.cap[1] = (struct plan_topp_cap){ 7, 7, 0 };
     rig.request.cap_count = 2;
-    assert_int_equal(plan_topp_solve(&rig.request, &topp, &failed), MOTION_OK);
+    assert_int_equal(plan_topp_solve(&rig.request, &pool, &topp, &failed),
+                     MOTION_OK);
     for (int i = 0; i <= 100000; i++) {
         struct plan_topp_state at;
         plan_topp_at(&topp, plan_topp_duration(&topp) * i / 100000, &at);
@@ -138,7 +144,7 @@ static void caps_and_stops_are_kept(void **state)
             slowest = fmin(slowest, at.vel);
     }
     assert_true(slowest < 1e-2);
-    plan_topp_free(&topp);
+    plan_pool_free(&pool);
 }
 
 static void what_is_above_the_optimum_falls_with_the_square(void **state)
@@ -190,13 +196,13 @@ static void tracks_are_paths(void **state)
 
     (void)state;
     motion_track_init(&track, segment, 4, 5 * MOTION_FIXED_ONE_Q32);
-    assert_int_equal(plan_topp_path_of(all, 1, &path), MOTION_E_EMPTY);
+    assert_int_equal(plan_topp_path_of(all, 1, &pool, &path), MOTION_E_EMPTY);
     for (int i = 1; i <= 2; i++)
         assert_int_equal(
             motion_track_append_line(&track, i * MOTION_FIXED_S_Q12,
                                      (5 - i * 5) * MOTION_FIXED_ONE_Q32),
             MOTION_OK);
-    assert_int_equal(plan_topp_path_of(all, 1, &path), MOTION_OK);
+    assert_int_equal(plan_topp_path_of(all, 1, &pool, &path), MOTION_OK);
     assert_int_equal(path.pieces, 2);
     assert_int_equal(path.degree, 1);
     near(path.border[2], 3, 1e-12);
@@ -208,11 +214,11 @@ static void tracks_are_paths(void **state)
         .limit = &limit,
         .intervals = 10000,
     };
-    assert_int_equal(plan_topp_solve(&request, &topp, &failed), MOTION_OK);
+    assert_int_equal(plan_topp_solve(&request, &pool, &topp, &failed),
+                     MOTION_OK);
     /* s' of the line steps where the lines meet: two moves of 5 units. */
     near(plan_topp_duration(&topp), 2 * 6, 1e-5);
-    plan_topp_free(&topp);
-    plan_topp_path_free(&path);
+    plan_pool_free(&pool);
 }
 
 static void bad_requests_are_refused(void **state)
@@ -231,7 +237,7 @@ static void bad_requests_are_refused(void **state)
         bad.request.limit = bad.limit;                                         \
         bad.request.cap = bad.cap;                                             \
         change;                                                                \
-        assert_int_equal(plan_topp_solve(&bad.request, &topp, &failed),        \
+        assert_int_equal(plan_topp_solve(&bad.request, &pool, &topp, &failed), \
                          MOTION_E_ARG);                                        \
         assert_null(topp.s);                                                   \
     } while (0)
@@ -289,13 +295,13 @@ static void random_paths_are_inside_their_limits(void **state)
             (from ? strtoull(from, NULL, 0) : 1) + i;
         topp_rig_random(&rig, which);
         rig.request.intervals = 400;
-        const int err = plan_topp_solve(&rig.request, &topp, &failed);
+        const int err = plan_topp_solve(&rig.request, &pool, &topp, &failed);
         if (err != MOTION_OK)
             fail_msg("SEED=%llu: %s at %g", which, motion_err_text(err),
                      failed);
         const double excess = topp_judge_excess(&rig.request, &topp, 10000);
         const double duration = plan_topp_duration(&topp);
-        plan_topp_free(&topp);
+        plan_pool_free(&pool);
         if (!(excess <= 1e-6))
             fail_msg("SEED=%llu: %g over", which, excess);
         if (!(duration >= least_duration(&rig) * (1 - 1e-6)))
@@ -307,10 +313,10 @@ static void random_paths_are_inside_their_limits(void **state)
             rig.limit[k].acc_min *= 4;
             rig.limit[k].acc_max *= 4;
         }
-        if (plan_topp_solve(&rig.request, &topp, &failed) != MOTION_OK)
+        if (plan_topp_solve(&rig.request, &pool, &topp, &failed) != MOTION_OK)
             fail_msg("SEED=%llu: faster: no answer", which);
         const double half = plan_topp_duration(&topp);
-        plan_topp_free(&topp);
+        plan_pool_free(&pool);
         if (!(fabs(2 * half - duration) <= 1e-5 * duration))
             fail_msg("SEED=%llu: %g s, then %g s", which, duration, half);
     }

@@ -13,6 +13,9 @@
 #include "tests/motion/plan/topp/topp_rig.h"
 #include "tests/support/check.h"
 
+/* Of what was solved last. */
+static struct plan_pool pool;
+
 #define EXCESS 1e-6
 
 static void near(double got, double want, double rel)
@@ -25,12 +28,14 @@ static double second_order(const struct topp_rig *rig)
 {
     struct plan_topp_request request = rig->request;
     struct plan_topp topp;
+    struct plan_pool own = { NULL };
     double failed, duration;
 
     request.intervals = 10000;
-    assert_int_equal(plan_topp_solve(&request, &topp, &failed), MOTION_OK);
+    assert_int_equal(plan_topp_solve(&request, &own, &topp, &failed),
+                     MOTION_OK);
     duration = plan_topp_duration(&topp);
-    plan_topp_free(&topp);
+    plan_pool_free(&own);
     return duration;
 }
 
@@ -41,14 +46,14 @@ static double duration_of(const struct topp_rig *rig)
     double failed, duration;
 
     assert_int_equal(
-        plan_topp_jerk_solve(&rig->request, rig->jerk, &law, &failed),
+        plan_topp_jerk_solve(&rig->request, rig->jerk, &pool, &law, &failed),
         MOTION_OK);
     assert_true(isnan(failed));
     const double excess = topp_judge_law(&rig->request, rig->jerk, &law, 20000);
     if (!(excess <= EXCESS))
         fail_msg("a limit is exceeded by %.3g of itself", excess);
     duration = law.duration;
-    plan_topp_law_free(&law);
+    plan_pool_free(&pool);
     return duration;
 }
 
@@ -139,13 +144,13 @@ static void one_axis_takes_the_time_of_the_generator(void **state)
         const double end = i % 4 > 1 ? most * between(&seed, 1e-3, 1) : 0;
         rig.request.start_speed = start / distance * pieces;
         rig.request.end_speed = end / distance * pieces;
-        if (plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed) !=
-            MOTION_OK)
+        if (plan_topp_jerk_solve(&rig.request, rig.jerk, &pool, &law,
+                                 &failed) != MOTION_OK)
             continue; /* too short to change its speed going forward */
         const double want = otg_duration(&rig, distance, start, end);
         if (!(fabs(law.duration - want) <= 1e-6 * want + 4e-9))
             fail_msg("%u: %.12g s, %.12g expected", i, law.duration, want);
-        plan_topp_law_free(&law);
+        plan_pool_free(&pool);
         both++;
     }
     if (both < cases / 2)
@@ -162,7 +167,7 @@ static void a_line_too_short_for_its_speeds_is_refused(void **state)
     topp_rig_straight(&rig, 0.1, 1);
     rig.request.start_speed = 9;
     assert_int_equal(
-        plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed),
+        plan_topp_jerk_solve(&rig.request, rig.jerk, &pool, &law, &failed),
         MOTION_E_LIMIT);
     assert_true(failed == 0);
     assert_null(law.run);
@@ -186,12 +191,13 @@ static void the_barrier_reaches_the_double_s(void **state)
         assert_int_equal(topp_line_plan(&limit, 5, 0, 0, &line), MOTION_OK);
         topp_chain_init(&chain, &rig.request, 0, 2);
         assert_int_equal(
-            topp_curve_solve(&chain, &rig.request, rig.jerk, &topp), MOTION_OK);
+            topp_curve_solve(&chain, &rig.request, rig.jerk, &pool, &topp),
+            MOTION_OK);
         const double over =
             plan_topp_duration(&topp) / topp_line_duration(&line) - 1;
         if (!(over > -1e-7 && over < 1e-3))
             fail_msg("jerk %g: %g over the optimum", jerk[i], over);
-        plan_topp_free(&topp);
+        plan_pool_free(&pool);
     }
 }
 
@@ -235,12 +241,13 @@ static void corners_and_stops_are_stops(void **state)
     rig.request.cap_count = 1;
     near(duration_of(&rig), 8, 1e-12);
     assert_int_equal(
-        plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed), MOTION_OK);
+        plan_topp_jerk_solve(&rig.request, rig.jerk, &pool, &law, &failed),
+        MOTION_OK);
     struct plan_topp_axis_state at;
     plan_topp_law_at(&law, 4, &at);
     near(at.pos, 2, 1e-12);
     assert_true(fabs(at.vel) < 1e-12 && fabs(at.acc) < 1e-12);
-    plan_topp_law_free(&law);
+    plan_pool_free(&pool);
 }
 
 static void caps_of_speed_are_kept(void **state)
@@ -293,11 +300,12 @@ static void axes_that_stand_take_no_time(void **state)
     for (uint32_t i = 0; i < 3; i++)
         topp_rig_powers(&rig, i, 1)[0] = 5;
     assert_int_equal(
-        plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed), MOTION_OK);
+        plan_topp_jerk_solve(&rig.request, rig.jerk, &pool, &law, &failed),
+        MOTION_OK);
     assert_true(law.duration == 0);
     plan_topp_law_at(&law, 1, at);
     assert_true(at[1].pos == 5 && at[1].vel == 0);
-    plan_topp_law_free(&law);
+    plan_pool_free(&pool);
     /* Still in the middle. */
     topp_rig_powers(&rig, 0, 0)[1] = 2;
     topp_rig_powers(&rig, 1, 0)[0] = 2;
@@ -317,9 +325,9 @@ static void bad_requests_are_refused(void **state)
     do {                                                                       \
         bend(&rig);                                                            \
         change;                                                                \
-        assert_int_equal(                                                      \
-            plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed),       \
-            MOTION_E_ARG);                                                     \
+        assert_int_equal(plan_topp_jerk_solve(&rig.request, rig.jerk, &pool,   \
+                                              &law, &failed),                  \
+                         MOTION_E_ARG);                                        \
         assert_null(law.run);                                                  \
     } while (0)
     REFUSED(rig.jerk[1] = 0);
@@ -342,7 +350,7 @@ static void judge_random(const struct topp_rig *rig, unsigned long long which)
     struct plan_topp_law law;
     double failed;
     const int err =
-        plan_topp_jerk_solve(&rig->request, rig->jerk, &law, &failed);
+        plan_topp_jerk_solve(&rig->request, rig->jerk, &pool, &law, &failed);
 
     if (err != MOTION_OK)
         fail_msg("SEED=%llu: %s at %g", which, motion_err_text(err), failed);
@@ -352,7 +360,7 @@ static void judge_random(const struct topp_rig *rig, unsigned long long which)
     const double least = which % 2 ? 0 : second_order(rig);
     const double duration = law.duration;
 
-    plan_topp_law_free(&law);
+    plan_pool_free(&pool);
     if (!(excess <= EXCESS))
         fail_msg("SEED=%llu: %g over", which, excess);
     if (!(duration >= least * (1 - 2e-4)))

@@ -16,6 +16,9 @@
 #include "tests/motion/plan/topp/topp_judge.h"
 #include "tests/motion/plan/topp/topp_rig.h"
 
+/* Of what was solved last. */
+static struct plan_pool pool;
+
 #define EXCESS 1e-6
 
 static void near(double got, double want, double rel)
@@ -56,7 +59,7 @@ static void solve(const struct topp_rig *rig, struct plan_topp_law *law)
     double failed;
 
     assert_int_equal(
-        plan_topp_jerk_solve(&rig->request, rig->jerk, law, &failed),
+        plan_topp_jerk_solve(&rig->request, rig->jerk, &pool, law, &failed),
         MOTION_OK);
     const double excess = topp_judge_law(&rig->request, rig->jerk, law, 20000);
     if (!(excess <= EXCESS))
@@ -69,18 +72,20 @@ static double duration_of(const struct topp_rig *rig)
 
     solve(rig, &law);
     const double duration = law.duration;
-    plan_topp_law_free(&law);
+    plan_pool_free(&pool);
     return duration;
 }
 
 static double second_order(const struct topp_rig *rig)
 {
     struct plan_topp topp;
+    struct plan_pool own = { NULL };
     double failed;
 
-    assert_int_equal(plan_topp_solve(&rig->request, &topp, &failed), MOTION_OK);
+    assert_int_equal(plan_topp_solve(&rig->request, &own, &topp, &failed),
+                     MOTION_OK);
     const double duration = plan_topp_duration(&topp);
-    plan_topp_free(&topp);
+    plan_pool_free(&own);
     return duration;
 }
 
@@ -105,7 +110,7 @@ static void a_curve_starts_and_ends_at_a_speed(void **state)
     assert_true(fabs(at[0].acc) < 1e-12);
     plan_topp_law_at(&law, law.duration, at);
     near(at[0].vel, 0.2, 1e-12);
-    plan_topp_law_free(&law);
+    plan_pool_free(&pool);
     /* As without limits of jerk, when they are large. */
     rig.jerk[0] = rig.jerk[1] = 1e5;
     near(duration_of(&rig), second_order(&rig), 1e-3);
@@ -129,7 +134,7 @@ static void a_speed_that_the_limits_do_not_allow_is_refused(void **state)
             rig.request.cap_count = 1;
         }
         assert_int_equal(
-            plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed),
+            plan_topp_jerk_solve(&rig.request, rig.jerk, &pool, &law, &failed),
             MOTION_E_LIMIT);
         assert_true(failed == 0);
         assert_null(law.run);
@@ -158,7 +163,7 @@ static void caps_on_a_curve_are_kept(void **state)
         assert_true(least > 0.1 * 0.999);
         speeds(&law, 0.7, 1, &least, &most);
         assert_true(most > 0.25);
-        plan_topp_law_free(&law);
+        plan_pool_free(&pool);
     }
 }
 
@@ -179,7 +184,7 @@ static void a_wished_speed_is_constant(void **state)
         speeds(&law, i ? 0 : 0.05, i ? 1 : 0.95, &least, &most);
         if (!(most <= 0.1 * (1 + EXCESS) && least > 0.1 * 0.998))
             fail_msg("%.9g to %.9g instead of 0.1", least, most);
-        plan_topp_law_free(&law);
+        plan_pool_free(&pool);
     }
 }
 
@@ -198,7 +203,7 @@ static void a_curve_stops_where_it_is_told(void **state)
     speeds(&law, 0.39999, 0.40001, &least, &most);
     assert_true(least < 0.01);
     assert_int_equal(law.runs, 2);
-    plan_topp_law_free(&law);
+    plan_pool_free(&pool);
 }
 
 /* s' of a piece's end at which an axis is as fast as it may be. */
@@ -238,7 +243,7 @@ static void random_speeds_at_the_ends_are_kept(void **state)
         rig.request.start_speed = share * fastest_at(&rig, 0, 0);
         rig.request.end_speed = (1 - share) * fastest_at(&rig, last, h);
         const int err =
-            plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed);
+            plan_topp_jerk_solve(&rig.request, rig.jerk, &pool, &law, &failed);
         if (err != MOTION_OK && err != MOTION_E_LIMIT)
             fail_msg("SEED=%llu: %s", (unsigned long long)which,
                      motion_err_text(err));
@@ -247,7 +252,7 @@ static void random_speeds_at_the_ends_are_kept(void **state)
         found++;
         const double excess =
             topp_judge_law(&rig.request, rig.jerk, &law, 20000);
-        plan_topp_law_free(&law);
+        plan_pool_free(&pool);
         if (!(excess <= EXCESS))
             fail_msg("SEED=%llu: %g over", (unsigned long long)which, excess);
     }
