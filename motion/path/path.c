@@ -99,6 +99,7 @@ int motion_path_init(struct motion_path *path,
                                   border_storage_ns_q12,
                                   0,
                                   motion_real_zero(),
+                                  0,
                                   0 };
     err = path_check(path);
     if (err < 0)
@@ -119,7 +120,7 @@ static int motion_path_at(void *context, int64_t t_ns_q12,
                           enum motion_bake_side side,
                           struct motion_bake_point point[])
 {
-    const struct motion_path *path = context;
+    struct motion_path *path = context;
     const struct motion_arclen_curve *curve = path->table->curve;
     const struct motion_bake_point s =
         motion_bake_track(path->distance, t_ns_q12, side);
@@ -127,6 +128,7 @@ static int motion_path_at(void *context, int64_t t_ns_q12,
     struct motion_arclen_place place;
     struct motion_arclen_point by;
 
+    path->last_ns_q12 = t_ns_q12;
     motion_arclen_find_in(
         path->table,
         motion_bake_span(path->knot_ns_q12, curve->pieces, t_ns_q12, side),

@@ -31,6 +31,7 @@ struct motion_path {
     struct motion_real law_error; /* of `distance`, from motion_speed_append;
                                      zero after init */
     uint32_t evaluations; /* of the baking at most; 0, after init: any number */
+    int64_t last_ns_q12;  /* where the baking looked last */
 };
 
 /* Check the law and find when it comes to the borders of the curve.

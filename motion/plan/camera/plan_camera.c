@@ -286,6 +286,12 @@ static double camera_real(struct motion_real a)
     return ldexp((double)a.m, a.e);
 }
 
+/* Those that the head has: without roll the rest of what is asked of it is noise. */
+static int camera_axes(const struct camera *self)
+{
+    return self->camera->has_roll ? MOTION_HEAD_AXES : MOTION_HEAD_ROLL;
+}
+
 /* The angles themselves step at last.t. */
 static int camera_refuse_jump(const struct camera *self)
 {
@@ -298,7 +304,7 @@ static int camera_refuse_jump(const struct camera *self)
     if (camera_view_at(self, t, MOTION_BAKE_LEFT, left) < 0 ||
         camera_view_at(self, t, MOTION_BAKE_RIGHT, right) < 0)
         return plan_view_refuse(&self->view, MOTION_E_DISCONTINUITY);
-    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+    for (int i = 0; i < camera_axes(self); i++) {
         const double jump =
             camera_real(motion_real_sub(right[i].pos, left[i].pos));
         worst = fabs(jump) > fabs(most) ? i : worst;
@@ -356,7 +362,7 @@ static void camera_needs_between(const struct camera *self, int64_t from,
         camera_view_at(self, from, MOTION_BAKE_LEFT, a) < 0 ||
         camera_view_at(self, to, MOTION_BAKE_LEFT, b) < 0)
         return;
-    for (int i = 0; i < MOTION_HEAD_AXES; i++)
+    for (int i = 0; i < camera_axes(self); i++)
         camera_needs_of(self, acc, from, i,
                         acc ? camera_real(b[i].acc)
                             : camera_real(motion_real_sub(b[i].pos, a[i].pos)) /

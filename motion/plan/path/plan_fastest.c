@@ -26,13 +26,8 @@ static double fastest_double(struct motion_real a)
 static double fastest_place(const struct plan_space *space,
                             const struct plan_distance *distance)
 {
-    struct motion_arclen_place place;
-
-    motion_arclen_find(&space->table,
-                       plan_speed_law_distance(distance, space->table.length),
-                       &place);
-    return fastest_double(space->curve.border[place.piece]) +
-           fastest_double(place.x);
+    return plan_space_parameter(
+        space, plan_speed_law_distance(distance, space->table.length));
 }
 
 static double fastest_slope(const struct plan_space *space, double u)
@@ -90,8 +85,6 @@ static int fastest_refuse(const struct plan_path *path,
                           const struct plan_space *space, int code,
                           double failed, struct plan_error *error)
 {
-    uint32_t point = 0;
-
     if (code == MOTION_E_WORK)
         return plan_error_set(error, code, path->place,
                               "the path has too many points for the fastest "
@@ -104,12 +97,9 @@ static int fastest_refuse(const struct plan_path *path,
         return plan_error_set(error, code, path->place,
                               "the path does not allow the speed at its start "
                               "or its end");
-    while (point + 1 < space->curve.pieces &&
-           fastest_double(space->curve.border[point + 1]) <= failed)
-        point++;
     return plan_error_set(error, code, path->place,
                           "no speed is inside the limits after point %u",
-                          (unsigned)point + 1);
+                          (unsigned)plan_space_point(space, failed) + 1);
 }
 
 static int fastest_check(const struct plan_path *path,

@@ -1,9 +1,11 @@
 /* motion/plan/path/plan_path.c - see plan_path.h. */
 #include "motion/plan/path/plan_path.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "motion/core/err.h"
+#include "motion/double/double_math.h"
 #include "motion/path/path.h"
 #include "motion/plan/camera/plan_camera.h"
 #include "motion/plan/path/plan_fastest.h"
@@ -15,6 +17,11 @@
 /* Looks of the baker, at most: so many, and per border. */
 #define PATH_LOOKS        100000
 #define PATH_BORDER_LOOKS 64
+
+/* What turns by more than ten degrees, this cosine, from a microsecond before a time
+ * to one after it turns at once: nothing shorter is baked. */
+#define PATH_TURNS   0.9848
+#define PATH_AT_ONCE (MOTION_FIXED_S_Q12 / 1000000)
 
 /* Largest speed of the law, halved 25 times. */
 static struct motion_real path_vel_tolerance(const struct motion_track *law)
@@ -36,13 +43,86 @@ static int path_grow(struct motion_track *const list[], uint32_t axes)
     return MOTION_OK;
 }
 
+/* When the law is first past a point. */
+static double path_passes(const struct plan_drive *drive, uint32_t point)
+{
+    const struct plan_space *space = &drive->space;
+    int64_t low = 0, high = drive->law.end_ns_q12;
+
+    while (high - low > 1) {
+        const int64_t middle = low + (high - low) / 2;
+        const double parameter = plan_space_parameter(
+            space,
+            motion_bake_track(&drive->law, middle, MOTION_BAKE_RIGHT).pos);
+        if (parameter * (double)MOTION_FIXED_S_Q12 <
+            (double)space->point_ns_q12[space->wrap + point])
+            low = middle;
+        else
+            high = middle;
+    }
+    return (double)high / (double)MOTION_FIXED_S_Q12;
+}
+
+/* Where the path is so long before or after a time, and how fast. */
+static bool path_direction(const struct plan_drive *drive, int64_t t_ns_q12,
+                           struct motion_dir *tangent, double *vel)
+{
+    const struct motion_bake_point at =
+        motion_bake_track(&drive->law, t_ns_q12, MOTION_BAKE_RIGHT);
+    struct motion_vec pos;
+    int64_t distance_q32 = 0;
+
+    *vel = plan_rig_real(at.vel);
+    return motion_real_round(at.pos, 32, &distance_q32) == MOTION_OK &&
+           plan_space_at(&drive->space, distance_q32, &pos, tangent) ==
+               MOTION_OK;
+}
+
+/* No segment of a microsecond follows the path there: it has a corner or turns back,
+ * which it does at once, or bends very much. */
+static int path_refuse_turn(const struct plan_path *path,
+                            const struct plan_drive *drive, int64_t t_ns_q12,
+                            struct plan_error *error)
+{
+    const double s = plan_rig_real(
+        motion_bake_track(&drive->law, t_ns_q12, MOTION_BAKE_RIGHT).pos);
+    const uint32_t first = plan_space_point(
+        &drive->space,
+        plan_space_parameter(&drive->space, plan_rig_from_double(s)));
+    const uint32_t second = (first + 1) % path->points.count;
+    struct motion_dir before, after;
+    double vel = 0, apart = 0, cosine = 0;
+
+    for (uint32_t k = 0; k < path->points.axes; k++) {
+        const double d = ldexp((double)path->points.point[second].q32[k] -
+                                   (double)path->points.point[first].q32[k],
+                               -32);
+        apart += d * d;
+    }
+    if (path_direction(drive, t_ns_q12 - PATH_AT_ONCE, &before, &vel) &&
+        path_direction(drive, t_ns_q12 + PATH_AT_ONCE, &after, &vel))
+        cosine = plan_rig_real(motion_vec_dot(motion_vec_from_dir(before),
+                                              motion_vec_from_dir(after)));
+    if (cosine < PATH_TURNS)
+        return plan_error_set(
+            error, MOTION_E_TOLERANCE, path->points.point[first].place,
+            "the path turns on the spot by %.4g deg, %.9g from its start and "
+            "%.6g s after it, where the speed law does not rest",
+            double_acos(fmax(cosine, -1)) / DOUBLE_RADIAN, s,
+            (double)t_ns_q12 / (double)MOTION_FIXED_S_Q12);
+    return plan_error_set(
+        error, MOTION_E_TOLERANCE, path->points.point[first].place,
+        "the path bends too sharply %.9g from its start to be followed at "
+        "%.4g/s, between points %u and %u, which are %.4g apart and %.4g s "
+        "after "
+        "each other: go slower there, or leave one of them out",
+        s, vel, (unsigned)first + 1, (unsigned)second + 1, sqrt(apart),
+        path_passes(drive, first + 1) - path_passes(drive, first));
+}
+
 static int path_refuse(const struct plan_path *path, int code,
                        struct plan_error *error)
 {
-    if (code == MOTION_E_TOLERANCE)
-        return plan_error_set(error, code, path->points.place,
-                              "the path turns on the spot where the speed law "
-                              "does not rest");
     if (code == MOTION_E_WORK)
         return plan_error_set(
             error, code, path->place,
@@ -87,6 +167,8 @@ static int path_bake(const struct plan_path *path, struct plan_drive *drive,
     }
     drive->segments = report.segments;
     drive->evaluations = report.evaluations;
+    if (err == MOTION_E_TOLERANCE || err == MOTION_E_RANGE)
+        return path_refuse_turn(path, drive, line->last_ns_q12, error);
     return err < 0 ? path_refuse(path, err, error) : MOTION_OK;
 }
 

@@ -10,6 +10,7 @@
 #include "motion/core/err.h"
 #include "motion/path/path.h"
 #include "motion/plan/plan_error.h"
+#include "motion/plan/rig/plan_rig.h"
 
 #define SPACE_WRAP     3
 #define SPACE_ROWS     16 /* of the length table per piece, to begin with */
@@ -244,9 +245,12 @@ static int space_curve(const struct space *self, struct plan_space *space)
     return space_measure(self, space);
 }
 
-static void space_close(const struct space *self)
+/* The parameters of the points belong to the space from now on. */
+static void space_close(const struct space *self, struct plan_space *space)
 {
-    free(self->t_ns_q12);
+    space->point_ns_q12 = self->t_ns_q12;
+    space->wrap = self->wrap;
+    space->points = self->count - 2 * self->wrap;
     free(self->key);
     for (uint32_t i = 0; i < PLAN_SPACE_AXES; i++)
         free(self->pos[i]);
@@ -270,7 +274,7 @@ int plan_space_init(struct plan_space *space, const struct plan_points *points,
         err = space_tracks(&self, space);
     if (err == MOTION_OK)
         err = space_curve(&self, space);
-    space_close(&self);
+    space_close(&self, space);
     if (err < 0)
         plan_space_free(space);
     return err;
@@ -284,6 +288,7 @@ void plan_space_free(struct plan_space *space)
     free(space->border);
     free(space->coef);
     free(space->row);
+    free(space->point_ns_q12);
     *space = (struct plan_space){ .length_q32 = 0 };
 }
 
@@ -304,6 +309,27 @@ int plan_space_at(const void *context, int64_t distance_q32,
         along.x[i] = point.d1[i];
     }
     return tangent == NULL ? MOTION_OK : motion_vec_unit(along, tangent);
+}
+
+double plan_space_parameter(const struct plan_space *space,
+                            struct motion_real distance)
+{
+    struct motion_arclen_place place;
+
+    motion_arclen_find(&space->table, distance, &place);
+    return plan_rig_real(space->curve.border[place.piece]) +
+           plan_rig_real(place.x);
+}
+
+uint32_t plan_space_point(const struct plan_space *space, double parameter)
+{
+    const int64_t *point_ns_q12 = space->point_ns_q12 + space->wrap;
+    const double t = parameter * (double)MOTION_FIXED_S_Q12;
+    uint32_t i = 0;
+
+    while (i + 2 < space->points && (double)point_ns_q12[i + 1] <= t)
+        i++;
+    return i;
 }
 
 int64_t plan_space_start_q32(const struct plan_space *space, uint32_t axis)

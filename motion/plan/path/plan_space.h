@@ -46,6 +46,10 @@ struct plan_space {
     struct motion_path_tracks *tracks;
     struct motion_real *border, *coef;
     struct motion_arclen_row *row;
+    /* The parameter at each point, that at the end of a closed curve too, and at so
+     * many in front of the first that are left out; on the heap. */
+    int64_t *point_ns_q12;
+    uint32_t wrap, points;
     struct motion_arclen_curve curve;
     struct motion_arclen_table table;
     int64_t length_q32;
@@ -65,6 +69,12 @@ void plan_space_free(struct plan_space *space);
  * context is a struct plan_space.  Fits struct motion_lookat_path. */
 int plan_space_at(const void *context, int64_t distance_q32,
                   struct motion_vec *pos, struct motion_dir *tangent);
+
+/* The parameter at a distance from the start, s, and the point at or before one, by its
+ * number from 0; never the last. */
+double plan_space_parameter(const struct plan_space *space,
+                            struct motion_real distance);
+uint32_t plan_space_point(const struct plan_space *space, double parameter);
 
 /* The start. */
 int64_t plan_space_start_q32(const struct plan_space *space, uint32_t axis);

@@ -563,6 +563,14 @@ static void passing_too_close_is_refused_at_any_speed(void **state)
         move_file_refuse(RIG, text, "s the camera would have to ");
         move_file_refuse(RIG, text, ", and the limit of that axis is ");
     }
+    /* Past what is straight above it the head pans, and has no roll. */
+    move_file_refuse(
+        RIG,
+        "path:\n  axes: [x, y]\n  points: [[-1000, 0], [1000, 0]]\n"
+        "  speed: {law: quintic, time: 10 s}\n"
+        "camera:\n  axes: {pan: pan, tilt: tilt}\n"
+        "  look: {at: [0, 0.001, 1500]}\n",
+        "at 5.000 s the camera would have to pan at ");
     static struct move_file fast;
     move_file_need(&fast, RIG,
                    "path:\n  axes: [x, y]\n  points: [[0, 0], [4000, 0]]\n"

@@ -301,6 +301,16 @@ static const struct {
       "2:16: axes has the axis 'pan' in deg beside one in mm" },
     { "axes: {z: {keys: [[0, 1]]}}\n" HEAD POINTS GOOD,
       "3:16: axes 'z' is driven by the keys in line 1 already" },
+    { HEAD "  points: [[-1000, 0, 0], [0, 0, 0], [0.14, 0.14, 0], [700, 1000, "
+           "0]]\n  speed: {law: quintic, time: 30 s}\n",
+      "3:27: the path bends too sharply 1000.0" },
+    { HEAD "  points: [[-1000, 0, 0], [0, 0, 0], [0.14, 0.14, 0], [700, 1000, "
+           "0]]\n  speed: {law: quintic, time: 30 s}\n",
+      " from its start to be followed at 138/s, between points 2 and 3, which "
+      "are 0.198 apart and 0.001524 s after each other: go slower there" },
+    { HEAD
+      "  curve: quintic\n  points: [[0, 0, 0], [100, 0, 0], [50, 0, 0]]\n" GOOD,
+      "4:23: the path turns on the spot by 180 deg, 100 from its start and " },
     { "title: a\n", "1:1: the move moves nothing, expected axes, a path" },
 };
 
