@@ -10,13 +10,12 @@
 #include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "firmware/control/mailbox.h"
 #include "firmware/linux/base/error.h"
+#include "firmware/linux/service/listen.h"
 #include "firmware/linux/service/loop.h"
 
 #define CLIENTS_LINES    16     /* lines of a seat in one look */
@@ -26,33 +25,6 @@
 #define CLIENTS_PRIORITY (SERVICE_PRIORITY - 1)
 #define CLIENTS_STACK    262144
 #define CLIENTS_FILES    512 /* of the process: clients, the page's, its own */
-
-/* --- the socket --- */
-
-static int clients_fail(struct service_clients *clients, const char *path,
-                        const char *what)
-{
-    error_say("%s: %s", path, what);
-    if (clients->listener >= 0)
-        close(clients->listener);
-    clients->listener = -1;
-    return -1;
-}
-
-/* A socket that nobody listens on any more was left by one that was killed; one
- * with many who knock (EAGAIN) was not. */
-static bool clients_is_served(const struct sockaddr_un *address)
-{
-    const int file =
-        socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    const bool served =
-        file >= 0 && (connect(file, (const struct sockaddr *)address,
-                              sizeof *address) == 0 ||
-                      errno == EAGAIN);
-    if (file >= 0)
-        close(file);
-    return served;
-}
 
 /* Whoever holds it runs ahead of what the reader is ahead of. */
 static void clients_make_lock(struct service_clients *clients)
@@ -92,40 +64,19 @@ static bool clients_may_be_many(void)
 int service_clients_open(struct service_clients *clients, const char *path,
                          unsigned mode)
 {
-    struct sockaddr_un address = { .sun_family = AF_UNIX };
-    struct stat status;
     clients->listener = -1;
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
         clients->client[i].file = -1;
     clients_make_lock(clients);
     clients->bell = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     clients_make_rooms(clients);
-    if (!clients_may_be_many())
-        return clients_fail(clients, path,
-                            "too few files may be open for its clients, "
-                            "expected ulimit -n 512 or more");
-    if (strlen(path) >= sizeof address.sun_path)
-        return clients_fail(clients, path,
-                            "the name of the socket is too long");
-    memcpy(address.sun_path, path, strlen(path));
-    if (clients_is_served(&address))
-        return clients_fail(clients, path,
-                            "a service listens there already, expected one "
-                            "per rig");
-    if (lstat(path, &status) == 0 && !S_ISSOCK(status.st_mode))
-        return clients_fail(clients, path, "is there and is no socket");
-    (void)unlink(path);
-    clients->listener =
-        socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (clients->listener < 0)
-        return clients_fail(clients, path, strerror(errno));
-    const mode_t before = umask(0777 & ~mode);
-    const int err = bind(clients->listener, (const struct sockaddr *)&address,
-                         sizeof address);
-    (void)umask(before);
-    if (err < 0 || listen(clients->listener, SERVICE_CLIENTS) < 0)
-        return clients_fail(clients, path, strerror(errno));
-    return 0;
+    if (clients_may_be_many())
+        clients->listener = service_listen(path, mode);
+    else
+        error_say("%s: too few files may be open for its clients, expected "
+                  "ulimit -n %d or more",
+                  path, CLIENTS_FILES);
+    return clients->listener < 0 ? -1 : 0;
 }
 
 static void client_close(struct service_client *client)
@@ -146,8 +97,7 @@ void service_clients_close(struct service_clients *clients, const char *path)
             client_close(&clients->client[i]);
     for (unsigned i = 0; i < SERVICE_SPARE; i++)
         free(clients->spare[i]);
-    close(clients->listener);
-    (void)unlink(path);
+    service_listen_end(clients->listener, path);
     close(clients->bell);
     (void)pthread_mutex_destroy(&clients->lock);
 }
