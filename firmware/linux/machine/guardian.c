@@ -23,7 +23,6 @@
 #define GUARDIAN_MS       INT64_C(1000000)
 #define GUARDIAN_GONE_MS  2000 /* a process that was killed is gone by then */
 #define GUARDIAN_PRIORITY 41   /* above the loop's: it may be what hangs */
-#define GUARDIAN_OPEN_NS  INT64_C(3000000000)
 #define GUARDIAN_TEXT_MAX 160
 
 /* What both processes have. */
@@ -85,7 +84,7 @@ static const char *guardian_look(const struct guardian_self *self, pid_t keeper)
 }
 
 const struct off_config guardian_off = { .real = true,
-                                         .open_ns = GUARDIAN_OPEN_NS,
+                                         .open_ns = GUARDIAN_OFF_NS,
                                          .timeout_ns = GUARDIAN_OFF_NS,
                                          .takes_over = true };
 

@@ -26,8 +26,16 @@ struct off_bus {
     struct machine_real real;
     struct shutdown shutdown;
     int64_t now_ns;
+    int64_t next_ns;                /* of the next try to open it */
     char message[YAML_MESSAGE_MAX]; /* why it is not open */
 };
+
+static int64_t off_clock_ns(void)
+{
+    struct timespec now = { 0 };
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
+}
 
 static void off_part(struct off_bus *bus, const struct rig *rig, unsigned which,
                      bool takes_over)
@@ -156,15 +164,20 @@ static void off_run(struct off_bus bus[], unsigned count,
                     const volatile sig_atomic_t *interrupts)
 {
     const struct timespec pause = { .tv_nsec = OFF_PAUSE_NS };
+    const int64_t since_ns = off_clock_ns();
     bool busy = true;
-    for (int64_t tried_ns = 0; busy; tried_ns += OFF_PAUSE_NS) {
+    while (busy) {
         const int signals = interrupts != NULL ? *interrupts : 0;
+        const int64_t tried_ns = off_clock_ns() - since_ns;
         bool ticks = false;
         busy = false;
         for (unsigned i = 0; i < count; i++) {
-            if (bus[i].phase == OFF_CLOSED &&
-                (tried_ns < OFF_EAGER_NS || tried_ns % OFF_EAGER_NS == 0))
+            if (bus[i].phase == OFF_CLOSED && tried_ns >= bus[i].next_ns) {
                 off_open(&bus[i], config, tried_ns);
+                bus[i].next_ns =
+                    tried_ns +
+                    (tried_ns < OFF_EAGER_NS ? OFF_PAUSE_NS : OFF_EAGER_NS);
+            }
             if (bus[i].phase == OFF_CLOSED && signals >= 2)
                 bus[i].phase = OFF_OVER;
             if (bus[i].phase == OFF_TICKING) {

@@ -165,6 +165,22 @@ guarded_unread()
     kill "$reader"
 }
 
+# The line is pulled as slew is killed, and is plugged in again five seconds later.
+guarded_unplugged()
+{
+    sed "s|device: [^,]*|device: $dir/port|" "$dir/rig.yaml" >"$dir/unplugged.yaml"
+    ln -sf "$port" "$dir/port"
+    begin "moving" run --real --yes "$dir/unplugged.yaml" "$dir/move.yaml"
+    sleep 0.5
+    rm "$dir/port"
+    kill -KILL "$run"
+    ended 137
+    sleep 5
+    ln -s "$port" "$dir/port"
+    comes "lift: torque is" "$dir/err"
+    is_off "killed, and unplugged for five seconds"
+}
+
 jog() # jog until it moves
 {
     "$SLEW" jog --real --yes "$dir/rig.yaml" lift at 1rev/s for 60s \
@@ -271,6 +287,7 @@ way by_signal "moving" INT INT INT INT
 way by_signal "enabling" INT
 echo "RTU: stopped"
 guardian
+way guarded_unplugged
 way second
 way jog_by_signal
 way jog_guarded
