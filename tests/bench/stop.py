@@ -30,7 +30,8 @@ axes:
 """
 HELD_UP_S = 0.0003  # between two looks at the clock around a line that is sent
 LOOK_S = 0.005      # between two looks at what has come, where one is due every ms
-JOG = b'{"command":"jog","axis":"dolly","speed":20,"to":9000,"for":2}\n'
+LET_GO_S = 0.1      # twice what a jog lasts
+JOG = b'{"command":"jog","axis":"dolly","speed":20,"to":9000,"for":0.05}\n'
 CROWD = [b'{"command":"status"}\n', b'{"command":"renew"}\n', b"nonsense\n{}\n[]\n",
          b'{"command":"hel', b'{"command":"latency"}\n', b'{"command":"check","text":"stop"}\n']
 
@@ -81,8 +82,9 @@ class Client:
 
 
 def hold(path, ready, renewed):
-    """Takes control, and sends 2,000 jogs a second; now and then a renew, timed: how long
-    it took, and the longest that this program itself was held up meanwhile."""
+    """Takes control, and sends 2,000 jogs a second, but for a while after each stop; now and
+    then a renew, timed: how long it took, and the longest that this program itself was
+    held up meanwhile."""
     self = Client(path)
     self.ask("take", lease=60)
     self.ask("enable")
@@ -91,18 +93,23 @@ def hold(path, ready, renewed):
     ready.set()
     self.socket.setblocking(False)
     due, sent, said, waits, held_up = time.monotonic(), 0, b"", None, 0
+    presses = due
     looked = due
     while True:
         due += 0.001
         time.sleep(max(0, due - time.monotonic()))
         held_up, looked = max(held_up, time.monotonic() - looked), time.monotonic()
         try:
-            self.socket.send(2 * JOG)
             sent += 1
+            if looked >= presses:
+                self.socket.send(2 * JOG)
             if sent % 500 == 0 and waits is None:
                 waits, held_up = time.monotonic(), 0
                 self.socket.send(b'{"id":"renew","command":"renew"}\n')
-            said = (said + self.socket.recv(1 << 20))[-(1 << 20):]
+            heard = self.socket.recv(1 << 20)
+            if b'"state":"stopping"' in heard or b'"state":"ready"' in heard:
+                presses = time.monotonic() + LET_GO_S  # what a stop has ended is let go
+            said = (said + heard)[-(1 << 20):]
         except BlockingIOError:
             pass
         if waits is not None and b'"renew"' in said:

@@ -251,6 +251,17 @@ static int64_t command_far_q32(const struct service_control *control,
     return far_q32;
 }
 
+/* A stop may be over before the next of the jogs by which a button that is held
+ * says that it is: none of them moves anything until it has been let go. */
+static bool command_jog_is_cut(struct service_control *control, int64_t for_ns)
+{
+    const uint32_t stops = control->loop->mailbox.stops;
+    if (control->now_ns >= control->jog_held_ns)
+        control->jog_held_stops = stops;
+    control->jog_held_ns = control->now_ns + for_ns;
+    return control->jog_held_stops != stops;
+}
+
 static void command_jog(const struct command_line *line)
 {
     struct service_control *control = line->control;
@@ -273,12 +284,19 @@ static void command_jog(const struct command_line *line)
         !command_line_quantity(line, "to", entry.axis, UNITS_POSITION,
                                &entry.value))
         return;
+    if (command_jog_is_cut(control, entry.for_ns)) {
+        command_line_refuse(line, "STATE",
+                            "a stop has ended this jog, expected it let go: "
+                            "\"jog stop\", or none for as long as \"for\"");
+        return;
+    }
     control->jogged = true;
     command_line_send(line, &entry);
 }
 
 static void command_jog_stop(const struct command_line *line)
 {
+    line->control->jog_held_ns = 0;
     if (line->control->state->jogging)
         command_simple(line, MAILBOX_JOG_STOP);
     else

@@ -53,6 +53,7 @@ void service_release(struct service_control *control, const char *why)
     cJSON *object = service_event_object("control", control->now_ns);
     control->jog_stops |= control->jogged;
     control->jogged = false;
+    control->jog_held_ns = 0;
     control->holder = NULL;
     cJSON_AddBoolToObject(object, "held", false);
     cJSON_AddStringToObject(object, "why", why);

@@ -69,8 +69,10 @@ struct service_control {
         int64_t since_ns, told_ns;
     } plan;
 
-    bool jogged;    /* the holder has sent a jog */
-    bool jog_stops; /* a jog whose holder is gone is to be stopped */
+    bool jogged;         /* the holder has sent a jog */
+    bool jog_stops;      /* a jog whose holder is gone is to be stopped */
+    int64_t jog_held_ns; /* the holder's jogs follow one another until then */
+    uint32_t jog_held_stops; /* there had been so many as the first one came */
 
     bool goes_on; /* a request was done: there may be another */
     struct service_flight flight[SERVICE_FLIGHTS]; /* to the tick, in order */

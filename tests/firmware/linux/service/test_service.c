@@ -529,6 +529,42 @@ static void a_jog_ends_by_its_dead_mans_time(void **state)
     service_link_close(&holder);
 }
 
+/* The stop is over long before the next jog comes. */
+static void a_jog_that_is_held_does_not_go_on_after_a_stop(void **state)
+{
+    static const char jog[] = "{\"command\":\"jog\",\"axis\":\"slide\","
+                              "\"speed\":2,\"for\":0.8}";
+    struct service_link holder = client_new(), other = client_new();
+    (void)state;
+    client_ready(&holder);
+    client_do(&holder, jog);
+    usleep(200000);
+    assert_true(client_axis(&other, "velocity") > 1);
+    client_do(&other, "{\"command\":\"stop\"}");
+    client_wait(&other, "ready");
+    const double stands = client_axis(&other, "demand");
+    for (int i = 0; i < 5; i++) {
+        assert_string_equal(client_error(&holder, jog), "STATE");
+        usleep(300000);
+    }
+    client_wait(&other, "ready");
+    assert_true(client_axis(&other, "demand") == stands);
+    usleep(600000); /* 0.9 s after the last of them */
+    client_do(&holder, jog);
+    client_do(&other, "{\"command\":\"stop\"}");
+    client_wait(&other, "ready");
+    assert_string_equal(client_error(&holder, jog), "STATE");
+    client_do(&holder, "{\"command\":\"jog stop\"}");
+    client_do(&holder, jog);
+    client_do(&other, "{\"command\":\"stop\"}");
+    client_wait(&other, "ready");
+    client_do(&holder, "{\"command\":\"release\"}");
+    client_do(&other, "{\"command\":\"take\"}");
+    client_do(&other, jog);
+    service_link_close(&holder);
+    service_link_close(&other);
+}
+
 /* --- those that are slow, many or hostile --- */
 
 static int raw_client(void)
@@ -753,6 +789,7 @@ int main(void)
         BENCH_TEST(a_jog_ends_when_its_client_is_killed),
         BENCH_TEST(a_jog_ends_with_its_lease),
         BENCH_TEST(a_jog_ends_by_its_dead_mans_time),
+        BENCH_TEST(a_jog_that_is_held_does_not_go_on_after_a_stop),
         BENCH_TEST(one_that_does_not_read_delays_nobody),
         BENCH_TEST(bad_lines_are_answered_and_delay_nobody),
         BENCH_TEST(a_line_without_an_end_is_refused),

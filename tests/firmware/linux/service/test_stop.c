@@ -21,6 +21,7 @@
 #define MOST_TICKS   2
 #define MOST_MS      100
 #define REST_TICKS   2000
+#define LET_GO_MS    40 /* twice what a jog of the flood lasts */
 #define BINS         64
 
 #define CAMERA "gpio: {camera: {kind: trigger, line: GPIO5, width: 50 ms}}\n"
@@ -41,6 +42,10 @@ static const char servo_rig[] =
 static const char jog[] =
     "{\"command\":\"jog\",\"axis\":\"dolly\",\"speed\":20,\"to\":9000,"
     "\"for\":2}\n";
+static const char jog_stop[] = "{\"command\":\"jog stop\"}\n";
+static const char jog_flood[] =
+    "{\"command\":\"jog\",\"axis\":\"dolly\",\"speed\":20,\"to\":9000,"
+    "\"for\":0.02}\n";
 
 struct client {
     int file;
@@ -236,10 +241,17 @@ static void figures_print(const struct figures *self, const char *what)
 
 /* --- in company --- */
 
+/* After a stop it lets go, and presses again. */
 static void flood(void)
 {
-    for (unsigned i = 0; i < FLOOD_PER_MS; i++)
-        say_line(&client[0], jog);
+    static enum controller_state last;
+    static unsigned quiet_ms;
+    if (last == CONTROLLER_MOVING && state() != CONTROLLER_MOVING)
+        quiet_ms = LET_GO_MS;
+    last = state();
+    quiet_ms -= quiet_ms > 0;
+    for (unsigned i = 0; quiet_ms == 0 && i < FLOOD_PER_MS; i++)
+        say_line(&client[0], jog_flood);
 }
 
 /* All that the others have in store: what is fine, what is none of their
@@ -366,6 +378,8 @@ static void rests_for_ever(void)
 
 static void jogging(void)
 {
+    if (state() == CONTROLLER_READY) /* let go of what a stop has ended */
+        say_line(&client[0], jog_stop);
     say_line(&client[0], jog);
     until(CONTROLLER_MOVING);
 }
