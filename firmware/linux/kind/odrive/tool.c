@@ -218,15 +218,19 @@ static const struct turn_client_family odrive_family = {
 
 /* ---- for the tools ---- */
 
-/* Error, state 1..14, result, done, 0: no CANopen frame of these identifiers
- * looks like that twice. */
+#define ODRIVE_05_CONTROLLER 0x81u
+
+/* Error, state 1..14, and then result, done, 0; with firmware 0.5 three bytes that
+ * say whether motor, encoder and controller have an error, the last with a bit for
+ * a trajectory that is done: no CANopen frame of these identifiers looks like that
+ * twice. */
 static bool odrive_is_of(const struct hal_can_frame *frame, uint8_t *id,
                          uint8_t *state)
 {
     if (frame->extended || frame->remote || frame->fd ||
         (frame->id & 0x1F) != HEARTBEAT || frame->len != 8 ||
         frame->data[4] < 1 || frame->data[4] > 14 || frame->data[6] > 1 ||
-        frame->data[7] != 0 || frame->id >> 7 == 0xB)
+        (frame->data[7] & ~ODRIVE_05_CONTROLLER) != 0 || frame->id >> 7 == 0xB)
         return false;
     *id = frame->id >> 5 & 0x3F;
     *state = frame->data[4];

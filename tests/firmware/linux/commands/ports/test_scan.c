@@ -197,6 +197,22 @@ static void beside_an_odrive_nothing_is_asked(void **state)
     assert_non_null(strstr(scan.note[0], "ODrives"));
 }
 
+/* Its trajectory is done from the start, and the controller may have an error. */
+static void beside_an_odrive_of_firmware_0_5_nothing_is_asked(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        say(0x601, 8, "\0\0\0\0\x01\0\0\x80"); /* node 48, idle */
+        say(0x021, 8, "\0\2\0\0\x01\1\1\x81"); /* node 1, in fault */
+    }
+    run_can();
+    assert_int_equal(sent(), 0);
+    assert_int_equal(scan.count, 2);
+    assert_int_equal(scan.found[0].id, 1);
+    assert_int_equal(scan.found[1].id, 48);
+    assert_string_equal(scan.found[1].kind, "ODrive");
+}
+
 static void what_only_resembles_an_odrive_is_none(void **state)
 {
     (void)state;
@@ -206,6 +222,8 @@ static void what_only_resembles_an_odrive_is_none(void **state)
     say(0x1A1, 8, "\0\0\0\0\x08\0\1\0"); /* once is not enough */
     say(0x041, 8, "\0\0\0\0\x0F\0\1\0"); /* no such state */
     say(0x041, 8, "\0\0\0\0\x0F\0\1\0");
+    say(0x061, 8, "\0\0\0\0\x01\0\0\x40"); /* no such bit */
+    say(0x061, 8, "\0\0\0\0\x01\0\0\x40");
     run_can();
     assert_int_equal(scan.count, 1);
     assert_string_equal(scan.found[0].kind, "CANopen");
@@ -438,6 +456,7 @@ int main(void)
         can_test(a_heartbeat_alone_is_a_node_that_does_not_answer),
         can_test(beside_another_master_nothing_is_asked),
         can_test(beside_an_odrive_nothing_is_asked),
+        can_test(beside_an_odrive_of_firmware_0_5_nothing_is_asked),
         can_test(what_only_resembles_an_odrive_is_none),
         line_test(units_are_found_by_any_answer),
         line_test(only_the_units_named_are_asked),
