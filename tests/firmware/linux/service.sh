@@ -62,6 +62,15 @@ slew remove --root "$dir/root" "$dir/dolly" || fail "remove"
 [ ! -e "$unit" ] || fail "the unit is still there"
 ! slew remove --root "$dir/root" "$dir/dolly" || fail "removed twice"
 
+# A service that cannot record does not begin.
+for words in "--recordings $dir/nowhere" "--record-always --recordings $dir/dolly/rig.yaml" "--record-always"; do
+    status=0
+    # shellcheck disable=SC2086
+    timeout 10 "$SLEW" service run --sim $words "$dir/dolly" >"$dir/out" 2>"$dir/err" || status=$?
+    [ "$status" -eq 2 ] || fail "$words: status $status"
+    [ "$(wc -l <"$dir/err")" -eq 1 ] || fail "$words: not one line"
+done
+
 # A service, by the name that has no words after it.
 ! slew status "$dir/dolly" || fail "there is none yet"
 ln -s "$(realpath "$SLEW")" "$dir/slewd"

@@ -1,5 +1,6 @@
 /* firmware/linux/commands/service/cmd_service.c - slew service: a rig under control of
  * other programs, over a socket. */
+#include <errno.h>
 #include <poll.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -76,6 +77,24 @@ static enum status cmd_service_page_alone(const struct options *options)
     return STATUS_INPUT;
 }
 
+/* What is to be recorded later is not to fail then. */
+static enum status cmd_service_recordings(const struct options *options)
+{
+    struct stat about;
+    if (options->records && options->recordings == NULL) {
+        error_say("slew service run: --record-always: expected --recordings "
+                  "DIRECTORY too");
+        return STATUS_INPUT;
+    }
+    if (options->recordings == NULL)
+        return STATUS_OK;
+    if (stat(options->recordings, &about) < 0)
+        return error_file(options->recordings, strerror(errno));
+    return S_ISDIR(about.st_mode)
+               ? STATUS_OK
+               : error_file(options->recordings, strerror(ENOTDIR));
+}
+
 static enum status cmd_service_serve(const struct options *options)
 {
     char path[4096];
@@ -110,11 +129,9 @@ static enum status cmd_service_serve(const struct options *options)
         (options->path_count > 2 || options->token_file != NULL ||
          options->address != NULL || options->edit_rig))
         return cmd_service_page_alone(options);
-    if (options->records && options->recordings == NULL) {
-        error_say("slew service run: --record-always: expected --recordings "
-                  "DIRECTORY too");
-        return STATUS_INPUT;
-    }
+    const enum status status = cmd_service_recordings(options);
+    if (status != STATUS_OK)
+        return status;
     if (!command_may_move(options, "service run"))
         return STATUS_INPUT;
     return options->port < 0 ? service_run(&config)
