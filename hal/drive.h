@@ -172,6 +172,11 @@ struct hal_drive_found {
     bool goes_on;    /* it did not come to rest in its time */
 };
 
+/* Where the drive's counter has a position, and its own ends. */
+struct hal_drive_reach {
+    int64_t counts, min_counts, max_counts;
+};
+
 struct hal_drive;
 struct motion_track;
 
@@ -268,6 +273,10 @@ struct hal_drive_ops {
     int (*probe)(struct hal_drive *drive, enum hal_drive_probe probe);
     const struct hal_drive_tracks *tracks;
     const struct hal_drive_found *(*found)(struct hal_drive *drive);
+    /* MOTION_E_RANGE of a position beyond an end of the drive's counter: what it
+     * does there is not known, so it is never told one.  NULL: none is. */
+    int (*reach)(struct hal_drive *drive, int64_t pos_q32,
+                 struct hal_drive_reach *reach);
 };
 
 struct hal_drive {
@@ -312,6 +321,14 @@ static inline int hal_drive_go(struct hal_drive *drive,
                                const struct hal_drive_go *go)
 {
     return drive->ops->go != NULL ? drive->ops->go(drive, go) : MOTION_E_EMPTY;
+}
+
+static inline int hal_drive_reach(struct hal_drive *drive, int64_t pos_q32,
+                                  struct hal_drive_reach *reach)
+{
+    *reach = (struct hal_drive_reach){ .counts = 0 };
+    return drive->ops->reach != NULL ? drive->ops->reach(drive, pos_q32, reach)
+                                     : MOTION_OK;
 }
 
 static inline int hal_drive_home(struct hal_drive *drive,

@@ -273,11 +273,15 @@ static void controller_send(struct controller *controller, unsigned i)
 {
     struct controller_axis *axis = &controller->axis[i];
     int64_t value = axis->target.pos_q32, limit = 0;
-    if (!controller_gate_pass(controller, i, axis->target.pos_q32, &value,
-                              &limit) ||
-        controller_to_drive(axis, &axis->target) < 0) {
-        controller_raise(controller, CONTROLLER_FAULT_GATE, (int)i, value,
-                         limit);
+    const bool passes = controller_gate_pass(
+        controller, i, axis->target.pos_q32, &value, &limit);
+    const int err =
+        passes ? controller_to_drive(axis, &axis->target) : MOTION_E_LIMIT;
+    if (err < 0) {
+        controller_raise(controller,
+                         err == MOTION_E_RANGE ? CONTROLLER_FAULT_COUNTER
+                                               : CONTROLLER_FAULT_GATE,
+                         (int)i, value, limit);
         return;
     }
     controller_gate_sent(controller, i, axis->target.pos_q32);

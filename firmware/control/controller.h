@@ -128,7 +128,10 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_ESTOP_CHANNELS, CONTROLLER_REACT_STOP,                  \
       "the two channels of the e-stop disagree")                               \
     X(CONTROLLER_FAULT_RUNAWAY, CONTROLLER_REACT_OFF, "the axis runs away")    \
-    X(CONTROLLER_FAULT_GUARDIAN, CONTROLLER_REACT_STOP, "the guardian was lost")
+    X(CONTROLLER_FAULT_GUARDIAN, CONTROLLER_REACT_STOP,                        \
+      "the guardian was lost")                                                 \
+    X(CONTROLLER_FAULT_COUNTER, CONTROLLER_REACT_QUICK,                        \
+      "a set point beyond the end of the drive's counter")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
@@ -422,10 +425,12 @@ int64_t controller_reserve_ns_q12(const struct controller *controller,
 int controller_reset(struct controller *controller);
 
 /* The place that the axis called from_q32 is to_q32 from now on, and the axis
- * is homed.  In READY or OFF, else MOTION_E_STATE; MOTION_E_RANGE.  Set points
- * go on from where it is. */
+ * is homed.  In READY or OFF, else MOTION_E_STATE; MOTION_E_RANGE, also where an
+ * end of its range would be beyond the end of the drive's counter (*reach).  Set
+ * points go on from where it is. */
 int controller_set_position(struct controller *controller, unsigned index,
-                            int64_t from_q32, int64_t to_q32);
+                            int64_t from_q32, int64_t to_q32,
+                            struct hal_drive_reach *reach);
 
 /* A fault of all axes that something beside the controller has found; its reaction
  * begins at once.  Between ticks, after the first. */

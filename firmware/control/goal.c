@@ -206,8 +206,10 @@ static void goal_send(struct controller *controller, unsigned index)
         leg->state = CONTROLLER_LEG_REQUESTED;
         goal_wait(controller, index, controller->config.axis[index].late_ns);
     } else {
-        controller_raise(controller, CONTROLLER_FAULT_GATE, (int)index,
-                         go.pos_q32, 0);
+        controller_raise(controller,
+                         err == MOTION_E_RANGE ? CONTROLLER_FAULT_COUNTER
+                                               : CONTROLLER_FAULT_GATE,
+                         (int)index, go.pos_q32, 0);
     }
 }
 

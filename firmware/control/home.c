@@ -73,16 +73,35 @@ bool controller_any_by_profile(const struct controller *controller,
     return controller_goals_are_running(controller);
 }
 
+/* With this offset; a range whose ends are no positions has none there. */
+static int home_reaches(const struct controller *controller, unsigned index,
+                        int64_t offset_q32, struct hal_drive_reach *reach)
+{
+    const struct controller_axis_config *config =
+        &controller->config.axis[index];
+    const int64_t end_q32[] = { config->pos_min_q32, config->pos_max_q32 };
+    for (unsigned i = 0; i < 2; i++) {
+        int64_t own_q32;
+        if (motion_fixed_sub(end_q32[i], offset_q32, &own_q32) == MOTION_OK &&
+            hal_drive_reach(controller->axis[index].drive, own_q32, reach) < 0)
+            return MOTION_E_RANGE;
+    }
+    return MOTION_OK;
+}
+
 int controller_set_position(struct controller *controller, unsigned index,
-                            int64_t from_q32, int64_t to_q32)
+                            int64_t from_q32, int64_t to_q32,
+                            struct hal_drive_reach *reach)
 {
     struct controller_axis *axis = &controller->axis[index];
     int64_t shift_q32, offset_q32;
+    *reach = (struct hal_drive_reach){ .counts = 0 };
     if (controller->state != CONTROLLER_READY &&
         controller->state != CONTROLLER_OFF)
         return MOTION_E_STATE;
     if (motion_fixed_sub(to_q32, from_q32, &shift_q32) < 0 ||
-        motion_fixed_add(axis->offset_q32, shift_q32, &offset_q32) < 0)
+        motion_fixed_add(axis->offset_q32, shift_q32, &offset_q32) < 0 ||
+        home_reaches(controller, index, offset_q32, reach) < 0)
         return MOTION_E_RANGE;
     axis->offset_q32 = offset_q32;
     axis->homed = true;

@@ -37,19 +37,50 @@ static const char *homing_wait_text(const struct homing *homing)
     return homing->was_held ? "it was held" : text[homing->failed];
 }
 
+static void homing_put(char text[HOMING_TEXT_MAX], size_t *length,
+                       const char *words)
+{
+    while (*words != 0 && *length + 1 < HOMING_TEXT_MAX)
+        text[(*length)++] = *words++;
+    text[*length] = 0;
+}
+
+static void homing_put_counts(char text[HOMING_TEXT_MAX], size_t *length,
+                              int64_t counts)
+{
+    uint64_t left = motion_fixed_abs(counts);
+    char digits[24];
+    char *at = &digits[sizeof digits - 1];
+    for (*at = 0; left > 0 || *at == 0; left /= 10)
+        *--at = (char)('0' + left % 10);
+    if (counts < 0)
+        *--at = '-';
+    homing_put(text, length, at);
+}
+
+/* ": it counts from -2147483648 to 2147483647, an end would be at 2147493000" */
+static void homing_put_reach(char text[HOMING_TEXT_MAX], size_t *length,
+                             const struct hal_drive_reach *reach)
+{
+    homing_put(text, length, ": it counts from ");
+    homing_put_counts(text, length, reach->min_counts);
+    homing_put(text, length, " to ");
+    homing_put_counts(text, length, reach->max_counts);
+    homing_put(text, length, ", an end would be at ");
+    homing_put_counts(text, length, reach->counts);
+}
+
 const char *homing_failure(const struct homing *homing,
                            char text[HOMING_TEXT_MAX])
 {
-    const char *const part[] = { homing_error_text(homing->error),
-                                 homing->error == HOMING_TIMEOUT ? ": " : "",
-                                 homing->error == HOMING_TIMEOUT
-                                     ? homing_wait_text(homing)
-                                     : "" };
     size_t length = 0;
-    for (size_t i = 0; i < sizeof part / sizeof part[0]; i++)
-        for (const char *c = part[i]; *c != 0 && length + 1 < HOMING_TEXT_MAX;)
-            text[length++] = *c++;
-    text[length] = 0;
+    homing_put(text, &length, homing_error_text(homing->error));
+    if (homing->error == HOMING_TIMEOUT) {
+        homing_put(text, &length, ": ");
+        homing_put(text, &length, homing_wait_text(homing));
+    } else if (homing->error == HOMING_COUNTER) {
+        homing_put_reach(text, &length, &homing->reach);
+    }
     return text;
 }
 
@@ -485,6 +516,18 @@ static void homing_go(struct homing *homing)
         homing->state = HOMING_GO;
 }
 
+/* The place from_q32 is to_q32 from now on, and the axis is homed. */
+static void homing_take(struct homing *homing, int64_t from_q32, int64_t to_q32)
+{
+    if (controller_set_position(homing->controller, homing->axis, from_q32,
+                                to_q32, &homing->reach) == MOTION_OK)
+        homing_go(homing);
+    else
+        homing_fail(homing, homing->reach.min_counts < homing->reach.max_counts
+                                ? HOMING_COUNTER
+                                : HOMING_JOG);
+}
+
 static void homing_settle(struct homing *homing)
 {
     if (homing_bad_limit(homing, homing_of(homing)->direction)) {
@@ -493,12 +536,7 @@ static void homing_settle(struct homing *homing)
     }
     if (!homing_at_rest(homing))
         return;
-    if (controller_set_position(homing->controller, homing->axis,
-                                homing->edge_q32,
-                                homing_of(homing)->pos_q32) < 0)
-        homing_fail(homing, HOMING_JOG);
-    else
-        homing_go(homing);
+    homing_take(homing, homing->edge_q32, homing_of(homing)->pos_q32);
 }
 
 static void homing_next(struct homing *homing);
@@ -580,11 +618,7 @@ static void homing_unmode(struct homing *homing)
     struct controller_axis *axis = homing_axis(homing);
     if (axis->feedback.mode != homing_usual_mode(homing))
         return;
-    if (controller_set_position(homing->controller, homing->axis,
-                                axis->offset_q32, 0) < 0)
-        homing_fail(homing, HOMING_JOG);
-    else
-        homing_go(homing);
+    homing_take(homing, axis->offset_q32, 0);
 }
 
 /* --- one axis after the other --- */
@@ -602,13 +636,8 @@ static int homing_pick(const struct homing *homing)
 
 static void homing_begin_here(struct homing *homing)
 {
-    struct controller_axis *axis = homing_axis(homing);
-    if (controller_set_position(homing->controller, homing->axis,
-                                axis->target.pos_q32,
-                                homing_of(homing)->pos_q32) < 0)
-        homing_fail(homing, HOMING_JOG);
-    else
-        homing_go(homing);
+    homing_take(homing, homing_axis(homing)->target.pos_q32,
+                homing_of(homing)->pos_q32);
 }
 
 static void homing_next(struct homing *homing)

@@ -108,7 +108,8 @@ struct homing_config {
     X(HOMING_DRIVE_FAILED, "the drive's own homing failed")                    \
     X(HOMING_JOG, "the axis could not be moved")                               \
     X(HOMING_NO_STOP, "no hard stop was met within the search distance")       \
-    X(HOMING_NO_TORQUE, "the drive does not report its torque")
+    X(HOMING_NO_TORQUE, "the drive does not report its torque")                \
+    X(HOMING_COUNTER, "the drive's counter ends within the axis's range")
 
 enum homing_error {
 #define HOMING_ERROR_ENUM(name, text) name,
@@ -180,6 +181,7 @@ struct homing {
     int64_t edge_q32;        /* where the switch was met, before the offset */
     int64_t edge_ns;         /* and when */
     int64_t go_q32;          /* GO: where to */
+    struct hal_drive_reach reach; /* HOMING_COUNTER: of the end that it lacks */
 };
 
 /* `jog` and `config`, one per axis, are the caller's and must outlive it.
@@ -196,7 +198,8 @@ int homing_start(struct homing *homing, uint64_t axes);
 void homing_step(struct homing *homing);
 bool homing_is_running(const struct homing *homing);
 
-/* Why it failed: of a time-out also what was waited for, in `text`. */
+/* Why it failed, in `text`: of a time-out also what was waited for, of a counter
+ * that ends its counts. */
 #define HOMING_TEXT_MAX 128
 const char *homing_failure(const struct homing *homing,
                            char text[HOMING_TEXT_MAX]);

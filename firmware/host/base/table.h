@@ -6,7 +6,7 @@
 #include <stdio.h>
 
 #define TABLE_COLUMNS_MAX 12
-#define TABLE_CELL_MAX    64
+#define TABLE_CELL_MAX    160
 
 struct table {
     unsigned columns;

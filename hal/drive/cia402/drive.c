@@ -198,4 +198,5 @@ const struct hal_drive_ops drive_cia402_ops = {
     .halt = drive_cia402_halt,
     .probe = drive_cia402_set_probe,
     .found = drive_cia402_found,
+    .reach = drive_cia402_reach,
 };

@@ -318,10 +318,11 @@ struct drive_cia402 {
     struct hal_readings readings;
     enum hal_reading reading; /* whose turn it is; HAL_READINGS: none's */
     bool reading_asked;
-    int32_t rated_ma;      /* 0x6075; 0: not read yet */
-    uint32_t factor[4][2]; /* 0x608F, 0x6091, 0x6092, 0x6096; 0: not there */
-    bool speeds_fit;       /* 0x6096 is what the config says */
-    bool limit_there[2];   /* it has 0x607D:1, :2, and they hold: */
+    int32_t rated_ma;        /* 0x6075; 0: not read yet */
+    uint32_t factor[4][2];   /* 0x608F, 0x6091, 0x6092, 0x6096; 0: not there */
+    bool speeds_fit;         /* 0x6096 is what the config says */
+    int32_t reach_counts[2]; /* of its counter: 0x607B, or 32 bits */
+    bool limit_there[2];     /* it has 0x607D:1, :2, and they hold: */
     int32_t limit_held[2];
     bool has_offset;            /* its own 0x607C is not 0 */
     uint32_t cob;               /* of the PDO that is being set up */

@@ -7,8 +7,15 @@
  * guarded all the same.  From there it is moved inward, which the controller's
  * own range sees to; once the axis and its set point are inside, the limits are
  * what the config says, written and read back beside the set points.  What is
- * in the drive is judged anew each time it is enabled. */
+ * in the drive is judged anew each time it is enabled.
+ *
+ * At the ends of its position range, 0x607B, the drive's counter goes on at the other
+ * end (CiA 402-2, 0x607B), by default at those of 32 bits.  What a drive does with a
+ * target beyond them in a cyclic mode, the short way or the whole way back, is not the
+ * same with all makers, so it is given none. */
 #include "hal/drive/cia402/rows.h"
+
+#include "motion/core/fixed.h"
 
 /* Some makers count them from 0x607C: with an offset of the drive's own there
  * are none. */
@@ -44,6 +51,46 @@ int32_t drive_cia402_limit(const struct drive_cia402 *self, unsigned end)
     if (end == 1 && at > own)
         return limits_saturate(at + self->first_step_counts);
     return limits_saturate(own);
+}
+
+void drive_cia402_forget_reach(struct drive_cia402 *self)
+{
+    self->reach_counts[0] = INT32_MIN;
+    self->reach_counts[1] = INT32_MAX;
+}
+
+static int limits_beyond_reach(struct drive_cia402 *self, unsigned end)
+{
+    const int32_t counts = self->reach_counts[end];
+    struct hal_text text = drive_cia402_say(self, "0x");
+
+    hal_text_hex(&text, drive_cia402_object(self, 0x607B), 4);
+    hal_text_put(&text, end == 0 ? ":01 is " : ":02 is ");
+    hal_text_put(&text, counts < 0 ? "-" : "");
+    hal_text_dec(&text, (uint32_t)motion_fixed_abs(counts));
+    hal_text_put(&text, ", within the axis's range");
+    return MOTION_E_REFUSED;
+}
+
+/* Two that are no range are none.  One end of `limit_counts` is a count further
+ * than the axis goes. */
+int drive_cia402_note_reach(struct drive_cia402 *self, uint32_t value)
+{
+    const unsigned end = self->list[self->list_at].sub - 1u;
+
+    self->reach_counts[end] = (int32_t)value;
+    if (end == 0)
+        return MOTION_OK;
+    if (self->reach_counts[0] >= self->reach_counts[1])
+        drive_cia402_forget_reach(self);
+    if (self->config.pos_min_q32 == self->config.pos_max_q32 ||
+        self->config.limits_when_homed)
+        return MOTION_OK;
+    if ((int64_t)self->limit_counts[0] + 1 < self->reach_counts[0])
+        return limits_beyond_reach(self, 0);
+    if ((int64_t)self->limit_counts[1] - 1 > self->reach_counts[1])
+        return limits_beyond_reach(self, 1);
+    return MOTION_OK;
 }
 
 bool drive_cia402_note_limit(struct drive_cia402 *self, unsigned end,

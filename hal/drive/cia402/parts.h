@@ -128,6 +128,7 @@ enum drive_cia402_check {
     CHECK_PLACE,
     CHECK_SPEED,
     CHECK_STANDS,
+    CHECK_REACH,
 };
 
 struct drive_cia402_step {
@@ -210,6 +211,9 @@ int32_t drive_cia402_limit(const struct drive_cia402 *self, unsigned end);
 /* It holds that; false: it is to hold something else. */
 bool drive_cia402_note_limit(struct drive_cia402 *self, unsigned end,
                              int32_t counts);
+/* 0x607B:1, :2: its counter goes on at the other end there. */
+int drive_cia402_note_reach(struct drive_cia402 *self, uint32_t value);
+void drive_cia402_forget_reach(struct drive_cia402 *self);
 /* It is being written. */
 void drive_cia402_forget_limit(struct drive_cia402 *self, unsigned end);
 /* Would the drive go elsewhere when it is told to stay where it was read
@@ -291,6 +295,8 @@ void drive_cia402_readings_pause(struct drive_cia402 *self, int64_t now_ns);
 
 /* ---- units.c: into the drive's units ---- */
 
+int drive_cia402_reach(struct hal_drive *drive, int64_t pos_q32,
+                       struct hal_drive_reach *reach);
 /* MOTION_E_RANGE. */
 int drive_cia402_counts(const struct drive_cia402 *self, int64_t pos_q32,
                         int32_t *counts);

@@ -75,6 +75,9 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     READ(STEP_IF_THERE, 0x6096, 2, CHECK_FACTOR),
     UNTIL(CHECK_FACTORS),
     READ(STEP_IF_THERE, 0x60B8, 0, CHECK_PROBE),
+    /* Where its counter begins anew. */
+    READ(STEP_IF_THERE, 0x607B, 1, CHECK_REACH),
+    READ(STEP_IF_THERE, 0x607B, 2, CHECK_REACH),
     /* Limits. */
     SET_OF(STEP_IF_SET, 0x6065, 0, 4, VALUE_FOLLOWING),
     SET_OF(STEP_IF_SET, 0x6085, 0, 4, VALUE_QUICK_STOP),

@@ -4,17 +4,38 @@
 
 #include "motion/core/fixed.h"
 
+static int units_reach(const struct drive_cia402 *self, int64_t pos_q32,
+                       int64_t zero_counts, struct hal_drive_reach *reach)
+{
+    *reach = (struct hal_drive_reach){ .min_counts = self->reach_counts[0],
+                                       .max_counts = self->reach_counts[1] };
+    return motion_fixed_mulshift(pos_q32, self->to_counts.mantissa,
+                                 self->to_counts.shift,
+                                 &reach->counts) == MOTION_OK &&
+                   motion_fixed_sub(reach->counts, zero_counts,
+                                    &reach->counts) == MOTION_OK &&
+                   reach->counts >= reach->min_counts &&
+                   reach->counts <= reach->max_counts
+               ? MOTION_OK
+               : MOTION_E_RANGE;
+}
+
+int drive_cia402_reach(struct hal_drive *drive, int64_t pos_q32,
+                       struct hal_drive_reach *reach)
+{
+    const struct drive_cia402 *self = drive_cia402_of(drive);
+
+    return units_reach(self, pos_q32, self->zero_counts, reach);
+}
+
 static int units_counts(const struct drive_cia402 *self, int64_t pos_q32,
                         int64_t zero_counts, int32_t *counts)
 {
-    int64_t wide;
+    struct hal_drive_reach reach;
 
-    if (motion_fixed_mulshift(pos_q32, self->to_counts.mantissa,
-                              self->to_counts.shift, &wide) != MOTION_OK ||
-        motion_fixed_sub(wide, zero_counts, &wide) != MOTION_OK ||
-        wide < INT32_MIN || wide > INT32_MAX)
+    if (units_reach(self, pos_q32, zero_counts, &reach) != MOTION_OK)
         return MOTION_E_RANGE;
-    *counts = (int32_t)wide;
+    *counts = (int32_t)reach.counts;
     return MOTION_OK;
 }
 

@@ -551,6 +551,8 @@ int drive_cia402_missing(struct drive_cia402 *self,
         self->option = 2;
     if (check == CHECK_OFFSET)
         self->has_offset = false;
+    if (check == CHECK_REACH)
+        drive_cia402_forget_reach(self);
     return MOTION_OK;
 }
 
@@ -624,4 +626,5 @@ int (*const drive_cia402_checks[])(struct drive_cia402 *self,
     [CHECK_PLACE] = check_place,
     [CHECK_SPEED] = check_speed,
     [CHECK_STANDS] = check_stands,
+    [CHECK_REACH] = drive_cia402_note_reach,
 };

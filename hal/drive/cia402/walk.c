@@ -162,6 +162,7 @@ static void drive_cia402_forget_modes(struct drive_cia402 *self)
     self->torque_in = self->torque_out = false;
     self->zero_counts = 0;
     self->has_offset = false;
+    drive_cia402_forget_reach(self);
     for (unsigned end = 0; end < 2; end++) {
         self->limit_there[end] = false;
         drive_cia402_forget_limit(self, end);

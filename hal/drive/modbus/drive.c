@@ -554,6 +554,19 @@ static const struct hal_drive_found *drive_modbus_found(struct hal_drive *drive)
     return &drive_modbus_of(drive)->found;
 }
 
+static int drive_modbus_reach(struct hal_drive *drive, int64_t pos_q32,
+                              struct hal_drive_reach *reach)
+{
+    const struct drive_modbus *self = drive_modbus_of(drive);
+
+    *reach = (struct hal_drive_reach){
+        .counts = hal_ratio_scale(&self->to_counts, pos_q32 - self->zero_q32),
+        .min_counts = INT32_MIN,
+        .max_counts = INT32_MAX,
+    };
+    return drive_modbus_fits(self, reach->counts) ? MOTION_OK : MOTION_E_RANGE;
+}
+
 const struct hal_drive_ops drive_modbus_ops = {
     .request = drive_modbus_request,
     .set_target = drive_modbus_set_target,
@@ -564,4 +577,5 @@ const struct hal_drive_ops drive_modbus_ops = {
     .home = drive_modbus_home,
     .halt = drive_modbus_halt,
     .found = drive_modbus_found,
+    .reach = drive_modbus_reach,
 };

@@ -249,8 +249,9 @@ int stateful_uncouple(struct stateful *bench, unsigned axis)
 int stateful_set_position(struct stateful *bench, unsigned axis, int64_t to_q32)
 {
     const int64_t from_q32 = bench->controller.axis[axis].target.pos_q32;
-    const int err =
-        controller_set_position(&bench->controller, axis, from_q32, to_q32);
+    struct hal_drive_reach reach;
+    const int err = controller_set_position(&bench->controller, axis, from_q32,
+                                            to_q32, &reach);
     stateful_note(bench, "set%s %u %.3f", err < 0 ? "!" : "", axis,
                   stateful_unit(to_q32));
     return err;

@@ -517,7 +517,7 @@ static void cause_guardian(struct bench *bench)
     controller_trip(&bench->controller, CONTROLLER_FAULT_GUARDIAN);
 }
 
-static void cause_gate(struct bench *bench)
+static void cause_counter(struct bench *bench)
 {
     bench->drive[1].refuse = true;
 }
@@ -551,7 +551,8 @@ static const struct {
       CONTROLLER_FAULT_LIMIT_SWITCH, 1, 1, CONTROLLER_REACT_STOP },
     { "the guardian", cause_guardian, CONTROLLER_FAULT_GUARDIAN, -1, 1,
       CONTROLLER_REACT_STOP },
-    { "gate", cause_gate, CONTROLLER_FAULT_GATE, 1, 1, CONTROLLER_REACT_QUICK },
+    { "counter", cause_counter, CONTROLLER_FAULT_COUNTER, 1, 1,
+      CONTROLLER_REACT_QUICK },
 };
 
 static void cure(struct bench *bench)
@@ -746,12 +747,12 @@ static void a_second_fault_is_not_recorded_and_does_not_soften(void **state)
     (void)state;
     struct bench bench;
     bench_moving(&bench, 120, 1000);
-    cause_gate(&bench);
+    cause_counter(&bench);
     bench_tick(&bench);
     assert_int_equal(bench.controller.reaction, CONTROLLER_REACT_QUICK);
     cause_estop(&bench);
     bench_ticks(&bench, 3);
-    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_GATE);
+    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_COUNTER);
     assert_int_equal(bench.controller.reaction, CONTROLLER_REACT_QUICK);
 }
 

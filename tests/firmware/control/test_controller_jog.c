@@ -163,6 +163,7 @@ static void a_hard_stop_uses_the_stop_limits(void **state)
 
 static void the_range_counts_for_homed_axes_only(void **state)
 {
+    struct hal_drive_reach reach;
     (void)state;
     assert_int_equal(go(0, 100.001, 20, 0), MOTION_E_LIMIT);
     assert_int_equal(controller.state, CONTROLLER_READY);
@@ -171,7 +172,7 @@ static void the_range_counts_for_homed_axes_only(void **state)
     assert_int_equal(drive[1].given.pos_q32, 150 * UNIT);
     /* what is 150 is 20 from now on */
     assert_int_equal(
-        controller_set_position(&controller, 1, 150 * UNIT, 20 * UNIT),
+        controller_set_position(&controller, 1, 150 * UNIT, 20 * UNIT, &reach),
         MOTION_OK);
     tick();
     assert_int_equal(drive[1].given.pos_q32, 150 * UNIT); /* no step */
@@ -203,13 +204,14 @@ static void jogs_to_the_borders_never_leave_the_range(void **state)
 
 static void what_is_not_possible_is_refused(void **state)
 {
+    struct hal_drive_reach reach;
     (void)state;
     assert_int_equal(go(2, 0, 10, 0), MOTION_E_ARG);
     assert_int_equal(go(0, 0, 0, 0), MOTION_E_ARG);
     assert_int_equal(go(0, 10, 10, 0), MOTION_OK);
     tick();
     assert_int_equal(go(1, 10, 10, 0), MOTION_E_STATE); /* another axis */
-    assert_int_equal(controller_set_position(&controller, 1, 0, 1),
+    assert_int_equal(controller_set_position(&controller, 1, 0, 1, &reach),
                      MOTION_E_STATE);
     assert_int_equal(controller_hold(&controller), MOTION_OK);
     for (int i = 0; i < 500; i++)

@@ -1189,6 +1189,61 @@ static void the_actual_position_is_followed_across_the_wrap(void **state)
     assert_in_range(b->seen.vel_q32 - ONE + 2, 0, 4);
 }
 
+/* Its own position range, 0x607B, ends the counter; two that are none do not. */
+static void the_counter_ends_where_607b_says(void **state)
+{
+    static const struct {
+        int32_t min, max;
+        bool there, refused;
+    } rows[] = {
+        { -200000, 200000, true, false }, { -200000, 199999, true, true },
+        { -199999, 200000, true, true },  { 0, 0, true, false },
+        { 5, -5, true, false },           { INT32_MIN, INT32_MAX, true, false },
+        { 0, 0, false, false },
+    };
+    struct drive_cia402_config config = drive_config;
+    struct bench *b = *state;
+
+    config.counts_num = config.counts_den = 1;
+    for (size_t i = 0; i < 2 * ARRAY_LEN(rows); i++) {
+        const int32_t min = rows[i / 2].min, max = rows[i / 2].max;
+        const bool narrow = max > min && max != INT32_MAX;
+        const bool ranged = i % 2 == 0;
+        struct hal_drive_reach reach;
+
+        config.pos_min_q32 = ranged ? -200000 * ONE : 0;
+        config.pos_max_q32 = ranged ? 200000 * ONE : 0;
+        bench_of(b, &config);
+        if (rows[i / 2].there) {
+            b->mini.object[b->mini.object_count++] = (struct mini_object){
+                .index = 0x607B, .sub = 1, .size = 4, .value = (uint32_t)min
+            };
+            b->mini.object[b->mini.object_count++] = (struct mini_object){
+                .index = 0x607B, .sub = 2, .size = 4, .value = (uint32_t)max
+            };
+        }
+        if (rows[i / 2].refused && ranged) {
+            until(b, HAL_DRIVE_FAULT, 3000);
+            assert_text(b, "0x607B:0");
+            assert_text(b, "199999, within the axis's range");
+            continue;
+        }
+        until(b, HAL_DRIVE_OFF, 3000);
+        assert_int_equal(
+            hal_drive_reach(&b->drive.drive, (int64_t)max * ONE, &reach),
+            MOTION_OK);
+        assert_int_equal(reach.counts, max);
+        assert_int_equal(reach.max_counts, narrow ? max : INT32_MAX);
+        assert_int_equal(reach.min_counts, narrow ? min : INT32_MIN);
+        if (narrow)
+            assert_int_equal(hal_drive_reach(&b->drive.drive,
+                                             (int64_t)(min - 1) * ONE, &reach),
+                             MOTION_E_RANGE);
+        assert_int_equal(set_pos(b, (max + (int64_t)narrow) * ONE),
+                         narrow ? MOTION_E_RANGE : MOTION_OK);
+    }
+}
+
 static void a_target_beyond_i32_is_refused_and_not_sent(void **state)
 {
     static const struct {
@@ -1883,6 +1938,7 @@ int main(void)
         BENCH(speed_is_the_way_of_one_period),
         BENCH(a_lost_tick_is_not_twice_the_speed),
         BENCH(the_actual_position_is_followed_across_the_wrap),
+        BENCH(the_counter_ends_where_607b_says),
         BENCH(a_target_beyond_i32_is_refused_and_not_sent),
         BENCH(quick_stop_is_out_in_the_same_cycle),
         BENCH(a_quick_stop_that_holds_ends_by_off),
