@@ -117,6 +117,7 @@ static const struct yaml_field rig_modbus_bus_fields[] = {
       rig_read_rs485, MODBUS(rs485) },
     { "rts_delay", YAML_OPTIONAL, "1 us .. 100 ms in whole us",
       rig_read_rts_delay, MODBUS(rts_delay_ns) },
+    { "echo", YAML_OPTIONAL, "yes or no", yaml_read_bool, MODBUS(echo) },
     { "host", YAML_OPTIONAL, "a name or an address", rig_read_device,
       MODBUS(host) },
     { "port", YAML_OPTIONAL, "a TCP port, 1 .. 65535", rig_read_port,
@@ -154,9 +155,9 @@ static int rig_judge_tcp(const struct yaml_value *value, struct rig_bus *bus)
 
     if (modbus->device[0] != '\0' || modbus->line.baud != 0 ||
         modbus->line.gap_ns != 0 || modbus->rs485 != RS485_AUTOMATIC ||
-        modbus->rts_delay_ns != 0)
+        modbus->rts_delay_ns != 0 || modbus->echo)
         return yaml_value_refuse(value, "is TCP, which has no device, baud, "
-                                        "gap, rs485 or rts_delay");
+                                        "gap, rs485, rts_delay or echo");
     if (modbus->host[0] == '\0')
         return yaml_value_refuse(value, "lacks host");
     if (modbus->port == 0)

@@ -1,6 +1,8 @@
 /* firmware/linux/machine/view.c - see view.h. */
 #include "firmware/linux/machine/view.h"
 
+#include "firmware/linux/machine/modbus_words.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -78,6 +80,7 @@ static void view_bus(struct machine *machine, unsigned i,
         hal_can_stats(ports->can[i], &can);
     else
         hal_modbus_stats(ports->modbus[i], &line);
+    bus->line = line;
     bus->can_state = ports->can[i] != NULL ? hal_can_state(ports->can[i]) : -1;
     bus->busy_ns = machine_busy_ns(machine, i);
     bus->errors = can.errors + can.dropped + can.refused + line.timeouts +
@@ -163,6 +166,24 @@ cJSON *machine_view_to_axis(const struct rig_axis *rig,
     return item;
 }
 
+void machine_view_to_line(const struct rig_bus *bus,
+                          const struct hal_modbus_stats *line, cJSON *item)
+{
+    char text[MODBUS_WORDS][MODBUS_WORDS_MAX];
+    unsigned count;
+
+    if (rig_bus_is_can(bus))
+        return;
+    json_add_integer(item, "strays", (int64_t)line->stray);
+    json_add_integer(item, "echoes", (int64_t)line->echoes);
+    json_add_integer(item, "broken", (int64_t)line->broken);
+    json_add_integer(item, "late", (int64_t)line->late);
+    count = modbus_words(bus, line, text);
+    cJSON *says = cJSON_AddArrayToObject(item, "says");
+    for (unsigned i = 0; i < count; i++)
+        cJSON_AddItemToArray(says, cJSON_CreateString(text[i]));
+}
+
 void machine_view_to_ports(const struct rig *rig,
                            const struct machine_view *view, cJSON *object)
 {
@@ -178,6 +199,7 @@ void machine_view_to_ports(const struct rig *rig,
                 hal_can_state_text((enum hal_can_state)bus->can_state));
         json_add_integer(item, "busy_ns", bus->busy_ns);
         json_add_integer(item, "errors", (int64_t)bus->errors);
+        machine_view_to_line(&rig->bus[i], &bus->line, item);
     }
     cJSON *lines = cJSON_AddArrayToObject(object, "lines");
     for (unsigned i = 0; i < rig->line_count; i++) {
@@ -279,6 +301,10 @@ static void view_from_bus(const cJSON *from, struct machine_view_bus *to)
             to->can_state = i;
     to->busy_ns = view_count(from, "busy_ns", 1e18);
     to->errors = (uint64_t)view_count(from, "errors", 1e18);
+    to->line.stray = (uint64_t)view_count(from, "strays", 1e18);
+    to->line.echoes = (uint64_t)view_count(from, "echoes", 1e18);
+    to->line.broken = (uint64_t)view_count(from, "broken", 1e18);
+    to->line.late = (uint64_t)view_count(from, "late", 1e18);
 }
 
 void machine_view_from(const struct rig *rig, const cJSON *object,

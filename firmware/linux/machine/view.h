@@ -27,9 +27,10 @@ struct machine_view_axis {
 };
 
 struct machine_view_bus {
-    int can_state;   /* enum hal_can_state; -1: it is no CAN bus */
-    int64_t busy_ns; /* as machine_busy_ns */
-    uint64_t errors; /* what happened on it that should not */
+    int can_state;                /* enum hal_can_state; -1: it is no CAN bus */
+    int64_t busy_ns;              /* as machine_busy_ns */
+    uint64_t errors;              /* what happened on it that should not */
+    struct hal_modbus_stats line; /* Modbus; all zero */
 };
 
 /* As many of each as the rig has. */
@@ -64,6 +65,9 @@ void machine_view_word(const struct machine_view_axis *axis,
  * them; and back again: what is not there or is of another kind is zero. */
 cJSON *machine_view_to_axis(const struct rig_axis *rig,
                             const struct machine_view_axis *axis);
+/* `strays`, `echoes`, `broken`, `late` of a Modbus bus, and what they `say`. */
+void machine_view_to_line(const struct rig_bus *bus,
+                          const struct hal_modbus_stats *line, cJSON *item);
 void machine_view_to_ports(const struct rig *rig,
                            const struct machine_view *view, cJSON *object);
 void machine_view_from(const struct rig *rig, const cJSON *object,

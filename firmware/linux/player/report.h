@@ -38,7 +38,8 @@ struct report_axis {
 struct report_bus {
     double load; /* share of the wire's time during the move */
     uint32_t warnings;
-    int64_t warned_ns; /* the first, from the start of the run */
+    int64_t warned_ns;            /* the first, from the start of the run */
+    struct hal_modbus_stats line; /* Modbus, at the end; all zero */
 };
 
 enum report_end {

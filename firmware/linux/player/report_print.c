@@ -8,6 +8,8 @@
 #include "firmware/host/recording/drive_events.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/machine/machine_fault.h"
+#include "firmware/linux/machine/modbus_words.h"
+#include "firmware/linux/machine/view.h"
 #include "firmware/linux/player/arrivals.h"
 #include "firmware/linux/player/loads.h"
 #include "firmware/linux/player/report.h"
@@ -217,6 +219,21 @@ static void report_buses(const struct report *report, FILE *file)
     fputs(" (mean during the move)\n", file);
 }
 
+/* "line1: 3 stray bytes: ...". */
+static void report_lines(const struct report *report, FILE *file)
+{
+    const struct rig *rig = &report->job->rig;
+    char text[MODBUS_WORDS][MODBUS_WORDS_MAX];
+
+    for (uint32_t i = 0; i < rig->bus_count; i++) {
+        const unsigned count =
+            modbus_words(&rig->bus[i], &report->bus[i].line, text);
+
+        for (unsigned k = 0; k < count; k++)
+            fprintf(file, "%s: %s\n", rig->bus[i].name, text[k]);
+    }
+}
+
 static void report_clock(const struct report *report, FILE *file)
 {
     if (!report->realtime)
@@ -314,6 +331,7 @@ void report_print(const struct report *report, FILE *file)
                              job_rig_axis(report->job, i), file);
     }
     report_bus_events(report, file);
+    report_lines(report, file);
     report_clock(report, file);
     report_files(report, file);
 }
@@ -396,6 +414,7 @@ static void report_json_buses(const struct report *report, cJSON *object)
         cJSON *bus = cJSON_CreateObject();
         cJSON_AddStringToObject(bus, "name", rig->bus[i].name);
         cJSON_AddNumberToObject(bus, "load", report->bus[i].load);
+        machine_view_to_line(&rig->bus[i], &report->bus[i].line, bus);
         if (report->bus[i].warnings > 0) {
             cJSON *item = cJSON_AddObjectToObject(bus, "error_warning");
             cJSON_AddNumberToObject(item, "count", report->bus[i].warnings);

@@ -20,6 +20,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include <cjson/cJSON.h>
+
 #include "firmware/host/rig/rig.h"
 #include "hal/linux/socketcan_link.h"
 
@@ -55,8 +57,9 @@ struct doctor_config {
     const struct rig *rig; /* NULL: no rig, nothing is needed */
     /* What netlink says of an interface, as can_link_read; NULL: not asked */
     int (*link)(const char *name, struct can_link *link);
-    int64_t measure_ns; /* how long wake-ups are measured; 0: not */
-    int64_t period_ns;  /* at this period */
+    const cJSON *service; /* `status` of a service that has the rig; NULL */
+    int64_t measure_ns;   /* how long wake-ups are measured; 0: not */
+    int64_t period_ns;    /* at this period */
 };
 
 /* Who we are, as /proc/self/status has it. */

@@ -91,6 +91,26 @@ static void line_of_rig(struct doctor *doctor)
     }
 }
 
+/* What a service that has the rig has met on its lines. */
+static void line_served(struct doctor *doctor)
+{
+    const cJSON *bus, *text;
+
+    cJSON_ArrayForEach(bus,
+                       cJSON_GetObjectItem(doctor->config.service, "buses"))
+    {
+        const char *name =
+            cJSON_GetStringValue(cJSON_GetObjectItem(bus, "name"));
+
+        cJSON_ArrayForEach(text, cJSON_GetObjectItem(bus, "says"))
+        {
+            if (name != NULL && cJSON_IsString(text))
+                doctor_say(doctor, DOCTOR_ADVICE, "line", "%s: %s", name,
+                           text->valuestring);
+        }
+    }
+}
+
 /* ---- GPIO ---- */
 
 static void line_gpio(struct doctor *doctor)
@@ -120,5 +140,6 @@ void doctor_lines(struct doctor *doctor)
     line_of_rig(doctor);
     line_serial(doctor, "ttyUSB");
     line_serial(doctor, "ttyACM");
+    line_served(doctor);
     line_gpio(doctor);
 }

@@ -22,7 +22,7 @@
 #define SCAN_MAX      256
 #define SCAN_NOTES    8
 #define SCAN_TEXT_MAX 56
-#define SCAN_NOTE_MAX 160
+#define SCAN_NOTE_MAX 256
 
 struct scan_found {
     const char *kind; /* "CANopen" */

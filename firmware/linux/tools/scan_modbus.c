@@ -4,6 +4,7 @@
 
 #include "firmware/host/device/modbus_map_load.h"
 #include "firmware/linux/base/disk.h"
+#include "firmware/linux/machine/modbus_words.h"
 #include "firmware/linux/tools/modbus_client.h"
 #include "firmware/linux/tools/scan.h"
 #include "motion/core/err.h"
@@ -156,6 +157,22 @@ static void unit_garbled(struct scan *scan, const struct bench *bench,
               bench->rig.bus[0].name, line[0] == '\0' ? "" : ", ", line, unit);
 }
 
+/* What its requests met on the line. */
+static void line_heard(struct scan *scan, struct bench *bench)
+{
+    const struct rig_bus *bus = &bench->rig.bus[0];
+    char text[MODBUS_WORDS][MODBUS_WORDS_MAX], line[16];
+    struct hal_modbus_stats stats;
+
+    hal_modbus_stats(bench->ports.modbus[0], &stats);
+    stats.broken = 0; /* said of each unit */
+    line_text(bench, line);
+    const unsigned count = modbus_words(bus, &stats, text);
+    for (unsigned i = 0; i < count; i++)
+        scan_note(scan, "%s%s%s: %s", bus->name, line[0] == '\0' ? "" : ", ",
+                  line, text[i]);
+}
+
 int scan_modbus(struct scan *scan, struct bench *bench,
                 const struct scan_config *config)
 {
@@ -178,5 +195,6 @@ int scan_modbus(struct scan *scan, struct bench *bench,
         else if (err == MOTION_E_PROTOCOL)
             unit_garbled(scan, bench, unit);
     }
+    line_heard(scan, bench);
     return MOTION_OK;
 }

@@ -10,10 +10,12 @@
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
+#include "firmware/linux/service/place.h"
 #include "firmware/linux/tools/doctor.h"
 
 #define CMD_DOCTOR_MEASURE_NS INT64_C(2000000000)
 #define CMD_DOCTOR_PERIOD_NS  INT64_C(1000000)
+#define CMD_DOCTOR_ANSWER_MS  2000 /* of a service */
 
 static unsigned cmd_doctor_count(const struct doctor *doctor,
                                  enum doctor_verdict verdict)
@@ -82,6 +84,27 @@ static bool cmd_doctor_is_folder(const char *path)
            access(inside, F_OK) == 0;
 }
 
+/* What a service that has the rig says of itself; NULL: there is none. */
+static cJSON *cmd_doctor_service(const char *path)
+{
+    struct service_link link = { .file = -1 };
+    char rig[4096];
+    cJSON *answer = NULL;
+
+    if (snprintf(rig, sizeof rig, "%s%s", path,
+                 cmd_doctor_is_folder(path) ? "/rig.yaml" : "") <
+            (int)sizeof rig &&
+        service_link_open(&link, NULL, rig, true) == 0) {
+        cJSON *command = cJSON_CreateObject();
+
+        cJSON_AddStringToObject(command, "command", "status");
+        answer =
+            service_link_ask(&link, command, CMD_DOCTOR_ANSWER_MS, NULL, NULL);
+    }
+    service_link_close(&link);
+    return answer;
+}
+
 static enum status cmd_doctor_run(const struct options *options)
 {
     static struct doctor doctor;
@@ -114,7 +137,12 @@ static enum status cmd_doctor_run(const struct options *options)
         config.rig = &rig;
         config.period_ns = rig.period_ns;
     }
+    cJSON *service = options->path_count > 0 && options->root == NULL
+                         ? cmd_doctor_service(options->path[0])
+                         : NULL;
+    config.service = service;
     doctor_examine(&doctor, &config);
+    cJSON_Delete(service);
     if (options->json)
         cmd_doctor_json(&doctor);
     else
@@ -143,7 +171,8 @@ const struct command cmd_doctor = {
         "line is ok, a note, advice or bad, with the command that helps.  "
         "With\n"
         "a rig, what it needs and would not get is bad, and the status is 1.\n"
-        "Nothing is changed and no bus is touched.\n",
+        "Nothing is changed and no bus is touched; a service that has the rig\n"
+        "says what it has met on its lines.\n",
     .examples = "  slew doctor\n"
                 "  slew doctor examples/dolly\n"
                 "  slew doctor --json --for 10s rig.yaml\n",

@@ -15,6 +15,7 @@
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/run/live.h"
 #include "firmware/linux/commands/run/served.h"
+#include "firmware/linux/machine/modbus_words.h"
 #include "firmware/linux/machine/view.h"
 
 #define MONITOR_RATE_UHZ INT64_C(5000000)
@@ -102,6 +103,11 @@ static void monitor_print_bus(const struct cmd_monitor *self, unsigned i)
         printf("%.1f %% in use, ", 100 * self->load[i]);
     printf("%" PRIu64 " %s\n", bus->errors,
            number_word(bus->errors, "error", "errors"));
+    char text[MODBUS_WORDS][MODBUS_WORDS_MAX];
+    const unsigned count =
+        modbus_words(&self->live.rig->bus[i], &bus->line, text);
+    for (unsigned k = 0; k < count; k++)
+        printf("%s: %s\n", self->live.rig->bus[i].name, text[k]);
 }
 
 static const char *monitor_line_text(int level)

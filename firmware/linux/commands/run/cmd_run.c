@@ -409,9 +409,21 @@ static enum status cmd_run_end(const struct report *report)
     return STATUS_INTERRUPTED;
 }
 
+/* What was met on the lines of Modbus until now. */
+static void cmd_run_lines(struct cmd_run *self)
+{
+    const struct rig *rig = &self->job.rig;
+    struct hal_modbus **line = self->live.machine.ports.modbus;
+
+    for (uint32_t i = 0; i < rig->bus_count; i++)
+        if (!rig_bus_is_can(&rig->bus[i]))
+            hal_modbus_stats(line[i], &self->report.bus[i].line);
+}
+
 static void cmd_run_report(struct cmd_run *self)
 {
     (void)shutdown_say_torque(&self->live.machine);
+    cmd_run_lines(self);
     if (self->options->json) {
         report_json(&self->report, stdout);
         return;

@@ -39,6 +39,7 @@ function Buses({ status, loads }) {
         <meter min="0" max="1" high="0.8" value=${loads[i] ?? 0} aria-label=${`Load of ${bus.name}`}></meter>
         ${loads[i] === null || loads[i] === undefined ? "" : `${Math.round(100 * loads[i])} %`}
         ${bus.errors > 0 ? html`<span class="bad"> ${bus.errors} errors</span>` : ""}
+        ${(bus.says ?? []).map((text) => html`<div>${text}</div>`)}
       </li>`,
     )}
   </ul>`;

@@ -121,6 +121,22 @@ static void a_good_machine_needs_nothing(void **state)
     expect_line(DOCTOR_NOTE, "libmodbus 3", "");
 }
 
+static void what_a_service_has_met_is_said(void **state)
+{
+    cJSON *service = cJSON_Parse(
+        "{\"buses\": [{\"name\": \"can0\"}, {\"name\": \"net\", \"says\": "
+        "[\"3 stray bytes: x\", \"1 broken frame: y\", 7]}]}");
+    const struct doctor_config config = { .root = run_slew()->directory,
+                                          .link = link_of,
+                                          .service = service };
+
+    (void)state;
+    doctor_examine(&doctor, &config);
+    expect_line(DOCTOR_ADVICE, "net: 3 stray bytes: x", "");
+    expect_line(DOCTOR_ADVICE, "net: 1 broken frame: y", "");
+    cJSON_Delete(service);
+}
+
 static void what_is_wrong_is_found_with_its_remedy(void **state)
 {
     static const struct {
@@ -344,6 +360,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         doctor_test(a_good_machine_needs_nothing),
+        doctor_test(what_a_service_has_met_is_said),
         doctor_test(what_is_wrong_is_found_with_its_remedy),
         doctor_test(a_device_of_another_group_is_refused_with_the_group),
         doctor_test(every_state_of_an_interface_has_its_command),

@@ -235,6 +235,7 @@ static void what_only_resembles_an_odrive_is_none(void **state)
 struct fake_line {
     struct hal_modbus modbus;
     struct hal_modbus_request requested;
+    struct hal_modbus_stats stats;
     uint32_t tag;
     bool pending;
     unsigned questions;
@@ -303,9 +304,17 @@ static int fake_is_up(struct hal_modbus *modbus)
     return 1;
 }
 
+static void fake_stats(struct hal_modbus *modbus,
+                       struct hal_modbus_stats *stats)
+{
+    (void)modbus;
+    *stats = line.stats;
+}
+
 static const struct hal_modbus_ops fake_ops = { .submit = fake_submit,
                                                 .collect = fake_collect,
-                                                .is_up = fake_is_up };
+                                                .is_up = fake_is_up,
+                                                .stats = fake_stats };
 
 static int line_bench(void **state)
 {
@@ -348,6 +357,20 @@ static void only_the_units_named_are_asked(void **state)
     assert_int_equal(scan_modbus(&scan, &bench, &few), MOTION_OK);
     assert_int_equal(line.questions, 3);
     assert_int_equal(scan.count, 0);
+}
+
+static void what_its_requests_met_is_noted(void **state)
+{
+    const struct scan_config few = { .first = 3, .last = 3 };
+
+    (void)state;
+    line.stats.echoes = 12;
+    line.stats.stray = 1;
+    assert_int_equal(scan_modbus(&scan, &bench, &few), MOTION_OK);
+    assert_int_equal(scan.notes, 2);
+    assert_non_null(strstr(scan.note[0], "9600 8E1: 1 stray byte: "));
+    assert_non_null(strstr(scan.note[1], "9600 8E1: 12 echoes: "));
+    assert_non_null(strstr(scan.note[1], "expected echo: yes"));
 }
 
 /* An identification that says that it is longer than it is. */
@@ -460,6 +483,7 @@ int main(void)
         can_test(what_only_resembles_an_odrive_is_none),
         line_test(units_are_found_by_any_answer),
         line_test(only_the_units_named_are_asked),
+        line_test(what_its_requests_met_is_noted),
         line_test(a_broken_identification_is_cut),
         cmocka_unit_test(the_command_finds_the_drives_of_a_rig),
         cmocka_unit_test(wrong_arguments_are_refused),

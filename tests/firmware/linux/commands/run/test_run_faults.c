@@ -233,6 +233,29 @@ static void what_happens_to_the_line_of_a_board_is_seen(void **state)
     run_put("move.yaml", move);
 }
 
+/* The same line, whether the rig says so or not: the run is done, and says it
+ * where the rig does not. */
+static void an_echo_is_said(void **state)
+{
+    const char *const says = "echoes: the adapter receives what it sends";
+
+    (void)state;
+    run_put("move.yaml", modbus_move);
+    run_put("rig.yaml",
+            MODBUS_RIG("{kind: modbus-rtu, device: /dev/ttyS9, baud: 115200}"));
+    assert_int_equal(run_faults("{fault: echo, bus: net, at: 1 s}", "t.csv"),
+                     0);
+    assert_non_null(strstr(run_slew()->out, says));
+    run_put("rig.yaml", MODBUS_RIG("{kind: modbus-rtu, device: /dev/ttyS9, "
+                                   "baud: 115200, echo: yes}"));
+    assert_int_equal(
+        run_faults("{fault: jitter, axis: a, delay: 1 ms, at: 1 s}", "t.csv"),
+        0);
+    assert_null(strstr(run_slew()->out, "echo"));
+    run_put("rig.yaml", rig);
+    run_put("move.yaml", move);
+}
+
 /* What a node of two axes says goes through one port, whichever axis is named;
  * what it hears, each axis hears by itself. */
 static void a_node_of_two_axes_is_one_drive(void **state)
@@ -315,6 +338,7 @@ int main(void)
         cmocka_unit_test(every_fault_happens_and_is_told),
         cmocka_unit_test(modbus_lines_and_connections_fail),
         cmocka_unit_test(what_happens_to_the_line_of_a_board_is_seen),
+        cmocka_unit_test(an_echo_is_said),
         cmocka_unit_test(a_node_of_two_axes_is_one_drive),
         cmocka_unit_test(the_same_script_gives_the_same_bytes),
         cmocka_unit_test(a_fault_begins_when_it_is_said_to),
