@@ -69,9 +69,12 @@ static inline int service_bench_open(struct service_bench *self,
     snprintf(self->rig_path, sizeof self->rig_path, "%s/rig.yaml",
              self->directory);
     FILE *file = fopen(self->rig_path, "w");
-    if (file == NULL || fputs(rig_text, file) < 0 || fclose(file) != 0 ||
-        job_read_rig(&disk_files, self->rig_path, &self->rig, &messages) !=
-            STATUS_OK)
+    if (file == NULL || fputs(rig_text, file) < 0 || fclose(file) != 0)
+        return -1;
+    const enum status status =
+        job_read_rig(&disk_files, self->rig_path, &self->rig, &messages);
+    messages_free(&messages);
+    if (status != STATUS_OK)
         return -1;
     control->rig = &self->rig;
     control->rig_path = self->rig_path;
