@@ -7,12 +7,17 @@
 #include "motion/core/err.h"
 #include "motion/curve/bake.h"
 #include "motion/double/double_interval.h"
+#include "motion/double/double_math.h"
 #include "motion/plan/fit/fit.h"
 #include "motion/plan/plan_track.h"
 #include "motion/plan/topp/topp_chain.h"
 
-/* Knots nearer than this are one; a set point sees a hundredth of it. */
-#define TIMING_LEAST 20e-6
+/* Knots nearer than this are one, as a set point sees a hundredth of it, or as much
+ * nearer as rounding lets them: a quintic h long at p rounds 60 * 2^-59 p / h^3 of jerk,
+ * which is to be a hundredth of its limit. */
+#define TIMING_LEAST    20e-6
+#define TIMING_SHORTEST 2e-6
+#define TIMING_ROUNDED  (100 * 60 * 0x1p-59)
 
 /* An axis whose jerk is not limited beside one whose is: its acceleration
  * within a microsecond, which no set point sees. */
@@ -70,11 +75,28 @@ static bool timing_limits(unsigned axes, const struct plan_limit limit[],
     return has_jerk;
 }
 
+static double timing_least(const struct plan_topp_path *path, bool has_jerk,
+                           const double jerk[])
+{
+    const size_t size = path->degree + 1;
+    double least = TIMING_SHORTEST;
+
+    for (uint32_t i = 0; has_jerk && i < path->pieces; i++)
+        for (unsigned k = 0; k < path->axes; k++)
+            least = fmax(
+                least,
+                double_cbrt(TIMING_ROUNDED / jerk[k] *
+                            fabs(path->coef[(i * path->axes + k) * size])));
+    return fmin(least, TIMING_LEAST);
+}
+
 /* One more knot, up to `end`, which is one in any case. */
 static void timing_knot(struct plan_timing *timing, double t, double end)
 {
-    if (t < end && (t - timing->knot[timing->knots - 1] < TIMING_LEAST ||
-                    end - t < TIMING_LEAST))
+    const double least = timing->least;
+
+    if (t < end &&
+        (t - timing->knot[timing->knots - 1] < least || end - t < least))
         return;
     if (t > timing->knot[timing->knots - 1])
         timing->knot[timing->knots++] = t;
@@ -145,6 +167,7 @@ int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
         return err;
     }
     timing->has_jerk = timing_limits(axes, limit, bound, jerk);
+    timing->least = timing_least(&timing->path, timing->has_jerk, jerk);
     const struct plan_topp_request request = {
         .path = timing->path,
         .limit = bound,
@@ -559,6 +582,7 @@ static int timing_turns(const struct timing_source *self,
 {
     double *knot =
         plan_pool_take(&timing->pool, 2 * (size_t)timing->knots, sizeof *knot);
+    const double least = timing->least;
     uint32_t knots = 1;
 
     if (knot == NULL)
@@ -567,11 +591,11 @@ static int timing_turns(const struct timing_source *self,
         double next = timing->knot[i + 1];
         const double t = timing_slowest(self, i);
         double *before = &knot[knots - 1];
-        if (t - *before >= TIMING_LEAST && next - t >= TIMING_LEAST)
+        if (t - *before >= least && next - t >= least)
             knot[knots++] = t;
-        else if (i > 0 && t - *before < TIMING_LEAST)
+        else if (i > 0 && t - *before < least)
             *before = t;
-        else if (i + 2 < timing->knots && next - t < TIMING_LEAST)
+        else if (i + 2 < timing->knots && next - t < least)
             next = t;
         knot[knots++] = next;
     }

@@ -31,6 +31,7 @@ struct plan_timing {
     bool has_jerk;
     struct plan_topp topp;    /* without limits of jerk */
     struct plan_topp_law law; /* with them */
+    double least;             /* between two knots, s */
     double *knot;             /* times at which something steps, s */
     uint32_t knots;           /* at least 2 */
 };

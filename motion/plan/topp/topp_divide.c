@@ -15,6 +15,11 @@
 #define DIVIDE_STEP     1e-6
 #define DIVIDE_ROUNDING 1e-7
 
+/* Of the whole path: ends of caps and borders that are nearer to each other are the
+ * same.  What is 30 % of a path in one cap and a part of another is not 30 % to the last
+ * digit, and no law goes through a piece that is nothing but rounding. */
+#define DIVIDE_SAME 1e-6
+
 /* Of an axis's coordinates and travel: what counts as standing. */
 #define DIVIDE_STILL 1e-12
 
@@ -27,31 +32,44 @@ static int divide_order(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Borders of the path and of caps inside it, each once. */
+/* The border that is nearest to a place. */
+static double divide_nearest(const double border[], uint32_t pieces, double s)
+{
+    const uint32_t i = double_interval_find(border, sizeof *border, pieces, s);
+
+    return s - border[i] < border[i + 1] - s ? border[i] : border[i + 1];
+}
+
+/* Borders of the path, and ends of caps that are not as near to one of these, or to
+ * each other, as to be the same. */
 static double *divide_places(const struct plan_topp_request *request,
                              struct plan_pool *pool, uint32_t *count)
 {
     const struct plan_topp_path *path = &request->path;
     const double first = path->border[0], last = path->border[path->pieces];
-    const double least = (last - first) * DIVIDE_STILL;
-    size_t n = (size_t)path->pieces + 1, kept = 1;
-    double *at =
-        plan_pool_take(pool, n + 2 * (size_t)request->cap_count, sizeof *at);
+    const double least = (last - first) * DIVIDE_SAME;
+    const size_t borders = (size_t)path->pieces + 1;
+    size_t n = borders;
+    double *at = plan_pool_take(pool, borders + 2 * (size_t)request->cap_count,
+                                sizeof *at);
 
     if (at == NULL)
         return NULL;
-    memcpy(at, path->border, n * sizeof *at);
-    for (uint32_t i = 0; i < request->cap_count; i++) {
-        const double ends[2] = { request->cap[i].from, request->cap[i].to };
-        for (int k = 0; k < 2; k++)
-            if (ends[k] > first && ends[k] < last)
-                at[n++] = ends[k];
+    for (uint32_t i = 0; i < 2 * request->cap_count; i++) {
+        const struct plan_topp_cap *cap = &request->cap[i / 2];
+        const double s = i % 2 ? cap->to : cap->from;
+        if (fabs(s - divide_nearest(path->border, path->pieces, s)) > least &&
+            s > first && s < last)
+            at[n++] = s;
     }
-    qsort(at, n, sizeof *at, divide_order);
-    for (size_t i = 1; i < n; i++)
-        if (at[i] - at[kept - 1] > least || i + 1 == n)
-            at[kept++] = at[i];
-    *count = (uint32_t)kept - 1;
+    qsort(at + borders, n - borders, sizeof *at, divide_order);
+    memcpy(at, path->border, borders * sizeof *at);
+    *count = (uint32_t)borders;
+    for (size_t i = borders; i < n; i++)
+        if (i == borders || at[i] - at[*count - 1] > least)
+            at[(*count)++] = at[i];
+    qsort(at, *count, sizeof *at, divide_order);
+    --*count;
     return at;
 }
 
@@ -78,16 +96,6 @@ static int divide_path(const struct plan_topp_path *from,
     return MOTION_OK;
 }
 
-/* The border that is nearest to a place. */
-static double divide_nearest(const struct plan_topp_path *path, double s)
-{
-    const uint32_t i = double_interval_find(path->border, sizeof *path->border,
-                                            path->pieces, s);
-    const double before = path->border[i], after = path->border[i + 1];
-
-    return s - before < after - s ? before : after;
-}
-
 int topp_divide(const struct plan_topp_request *request, struct plan_pool *pool,
                 struct plan_topp_request *divided)
 {
@@ -101,8 +109,10 @@ int topp_divide(const struct plan_topp_request *request, struct plan_pool *pool,
         return MOTION_E_FULL;
     for (uint32_t i = 0; i < request->cap_count; i++)
         cap[i] = (struct plan_topp_cap){
-            divide_nearest(&divided->path, request->cap[i].from),
-            divide_nearest(&divided->path, request->cap[i].to),
+            divide_nearest(divided->path.border, divided->path.pieces,
+                           request->cap[i].from),
+            divide_nearest(divided->path.border, divided->path.pieces,
+                           request->cap[i].to),
             request->cap[i].speed
         };
     return divide_path(&request->path, pool, &divided->path);

@@ -14,8 +14,8 @@ enum topp_border {
     TOPP_BORDER_STOP,
 };
 
-/* The request with borders of its path at all ends of caps too, where these are then to
- * the bit; path and caps are copies, in the pool.  MOTION_E_FULL without memory. */
+/* The request with borders of its path at all ends of caps too, to which these are moved where
+ * they are within a millionth of the path; path and caps are copies, in the pool.  MOTION_E_FULL without memory. */
 int topp_divide(const struct plan_topp_request *request, struct plan_pool *pool,
                 struct plan_topp_request *divided);
 

@@ -75,9 +75,19 @@ static int jerk_curve(const struct jerk_plan *self, uint32_t first,
                             &run->curve);
 }
 
+/* Whether pieces first .. last are a straight line without a cap. */
+static bool jerk_is_straight(const struct jerk_plan *self, uint32_t first,
+                             uint32_t last, struct topp_straight *straight)
+{
+    const struct plan_topp_path *path = &self->request.path;
+
+    return !jerk_is_capped(&self->request, path->border[first],
+                           path->border[last + 1]) &&
+           topp_straight_of(path, first, last, straight);
+}
+
 /* Pieces first .. last without a stop between. */
-static int jerk_run(struct jerk_plan *self, uint32_t first, uint32_t last,
-                    bool is_straight)
+static int jerk_run(struct jerk_plan *self, uint32_t first, uint32_t last)
 {
     const struct plan_topp_request *request = &self->request;
     const uint32_t all = request->path.pieces;
@@ -87,19 +97,80 @@ static int jerk_run(struct jerk_plan *self, uint32_t first, uint32_t last,
     struct plan_topp_run *run = &law->run[law->runs];
     int err;
 
-    *run = (struct plan_topp_run){ .start = law->duration,
-                                   .is_straight = is_straight };
-    if (is_straight) {
-        (void)topp_straight_of(&request->path, first, last, &run->straight);
-        err = jerk_straight(self, first, last, start, end, run);
-        law->duration += topp_line_duration(&run->line);
-    } else {
-        err = jerk_curve(self, first, last, run);
-        if (err == MOTION_OK)
-            law->duration += plan_topp_duration(&run->curve);
+    *run = (struct plan_topp_run){ .start = law->duration };
+    run->is_straight = jerk_is_straight(self, first, last, &run->straight);
+    err = run->is_straight ? jerk_straight(self, first, last, start, end, run)
+                           : jerk_curve(self, first, last, run);
+    if (err < 0)
+        return err;
+    law->duration += run->is_straight ? topp_line_duration(&run->line)
+                                      : plan_topp_duration(&run->curve);
+    law->runs++;
+    return MOTION_OK;
+}
+
+/* No motion from rest to rest over a piece is shorter: what the axis that takes longest
+ * takes from one end to the other. */
+static double jerk_least(const struct jerk_plan *self, uint32_t piece)
+{
+    const struct plan_topp_path *path = &self->request.path;
+    const double h = path->border[piece + 1] - path->border[piece];
+    double most = 0;
+
+    for (unsigned k = 0; k < path->axes; k++) {
+        const struct plan_topp_limit *limit = &self->request.limit[k];
+        double from[4], to[4];
+        struct topp_line line;
+        topp_chain_powers(path, piece, k, 0, from);
+        topp_chain_powers(path, piece, k, h, to);
+        const bool is_up = to[0] > from[0];
+        const struct topp_line_limit along = {
+            is_up ? limit->vel_max : -limit->vel_min,
+            is_up ? limit->acc_max : -limit->acc_min,
+            is_up ? -limit->acc_min : limit->acc_max, self->jerk[k]
+        };
+        if (topp_line_plan(&along, fabs(to[0] - from[0]), 0, 0, &line) ==
+            MOTION_OK)
+            most = fmax(most, topp_line_duration(&line));
     }
-    law->runs += err == MOTION_OK;
+    return most;
+}
+
+/* Pieces first .. last with a stop at every border between. */
+static int jerk_pieces(struct jerk_plan *self, uint32_t first, uint32_t last)
+{
+    int err = MOTION_OK;
+
+    for (uint32_t i = first; err == MOTION_OK && i <= last; i++)
+        err = jerk_run(self, i, i);
     return err;
+}
+
+/* Pieces first .. last without a stop that is asked for.  What is found for a curve is a
+ * local minimum, or where a corner of a micrometre is between lines of a metre far from
+ * one: where stops at all borders could be faster they are tried. */
+static int jerk_stretch(struct jerk_plan *self, uint32_t first, uint32_t last)
+{
+    struct plan_topp_law *law = self->law;
+    const struct plan_topp_law before = *law;
+    double least = before.duration, duration;
+    struct plan_topp_run whole;
+    int err = jerk_run(self, first, last);
+
+    for (uint32_t i = first; i <= last; i++)
+        least += jerk_least(self, i);
+    whole = law->run[before.runs];
+    duration = law->duration;
+    if (err < 0 || first == last || whole.is_straight || least >= duration)
+        return err;
+    law->runs = before.runs;
+    law->duration = before.duration;
+    if (jerk_pieces(self, first, last) == MOTION_OK && law->duration < duration)
+        return MOTION_OK;
+    law->runs = before.runs + 1;
+    law->duration = duration;
+    law->run[before.runs] = whole;
+    return MOTION_OK;
 }
 
 /* Pieces first .. last between two stops: straight, or divided further where q''
@@ -115,18 +186,13 @@ static int jerk_between(struct jerk_plan *self, uint32_t first, uint32_t last,
     *failed = path->border[first];
     if (first == last && topp_divide_is_still(path, first))
         return MOTION_OK;
-    if (!jerk_is_capped(&self->request, path->border[first],
-                        path->border[last + 1]) &&
-        topp_straight_of(path, first, last, &straight))
-        return jerk_run(self, first, last, true);
+    if (jerk_is_straight(self, first, last, &straight))
+        return jerk_stretch(self, first, last);
     for (uint32_t i = first; err == MOTION_OK && i <= last; i++) {
         if (i < last && self->border[i + 1] == TOPP_BORDER_SMOOTH)
             continue;
         *failed = path->border[from];
-        err = jerk_run(self, from, i,
-                       !jerk_is_capped(&self->request, path->border[from],
-                                       path->border[i + 1]) &&
-                           topp_straight_of(path, from, i, &straight));
+        err = jerk_stretch(self, from, i);
         from = i + 1;
     }
     return err;

@@ -258,16 +258,28 @@ static double plan(uint64_t seed, const struct drawn *drawn)
     return duration;
 }
 
+static uint64_t first_seed(void)
+{
+    const char *first = getenv("SEED");
+
+    return first != NULL ? strtoull(first, NULL, 0) : 1;
+}
+
+static uint64_t count_of(int all)
+{
+    const char *given = getenv("N");
+
+    return given != NULL ? strtoull(given, NULL, 0)
+                         : (unsigned)check_cases(all);
+}
+
 static void paths_are_planned_or_refused_with_their_reason(void **state)
 {
-    const char *given = getenv("N"), *first = getenv("SEED");
-    const uint64_t from = first != NULL ? strtoull(first, NULL, 0) : 1;
-    const uint64_t count =
-        given != NULL ? strtoull(given, NULL, 0) : (unsigned)check_cases(40);
+    const uint64_t first = first_seed(), count = count_of(40);
     uint64_t refused = 0;
 
     (void)state;
-    for (uint64_t seed = from; seed < from + count; seed++) {
+    for (uint64_t seed = first; seed < first + count; seed++) {
         struct drawn drawn;
         draw_path(seed, &drawn);
         refused += plan(seed, &drawn) == 0;
@@ -276,10 +288,72 @@ static void paths_are_planned_or_refused_with_their_reason(void **state)
     assert_true(count < 20 || refused <= count / 2);
 }
 
+/* --- less is never slower ----------------------------------------------------- */
+
+/* What grids and local minima may take of a least time: 0.2 % and 2 ms. */
+static double with_rounding(double duration)
+{
+    return duration * 1.002 + 0.002;
+}
+
+/* Each rate's limit as if time went so many times as fast. */
+static void scale_limits(struct drawn *drawn, double by)
+{
+    for (uint32_t k = 0; k < PLAN_SPACE_AXES; k++) {
+        struct plan_limit *limit = &drawn->fastest.limit[k];
+        limit->vel_q32 = llround((double)limit->vel_q32 * by);
+        limit->acc_q32 = llround((double)limit->acc_q32 * by * by);
+        limit->jerk_q32 = llround((double)limit->jerk_q32 * by * by * by);
+    }
+    for (uint32_t i = 0; i < drawn->fastest.caps; i++)
+        drawn->cap[i].speed_q32 = llround((double)drawn->cap[i].speed_q32 * by);
+}
+
+static void faster_than(uint64_t seed, const char *what, double least,
+                        double other)
+{
+    if (least > with_rounding(other))
+        fail_msg("path %" PRIu64 " %s takes %.6f s, and %.6f s otherwise", seed,
+                 what, least, other);
+}
+
+static void fewer_limits_caps_and_stops_are_never_slower(void **state)
+{
+    const uint64_t first = first_seed(), count = count_of(12);
+
+    (void)state;
+    for (uint64_t seed = first; seed < first + count; seed++) {
+        struct drawn drawn, less;
+        draw_path(seed, &drawn);
+        const double duration =
+            drawn.path.fastest != NULL ? plan(seed, &drawn) : 0;
+        if (duration == 0)
+            continue;
+#define LESS(what, change)                                                     \
+    do {                                                                       \
+        draw_path(seed, &less);                                                \
+        change;                                                                \
+        faster_than(seed, what, plan(seed, &less), duration);                  \
+    } while (0)
+        if (drawn.fastest.caps > 0)
+            LESS("with a cap or stop less", less.fastest.caps--);
+        if (drawn.fastest.limit[0].jerk_q32 > 0)
+            LESS("without limits of jerk",
+                 for (int k = 0; k < PLAN_SPACE_AXES; k++) less.fastest.limit[k]
+                     .jerk_q32 = 0);
+        LESS("with larger limits", scale_limits(&less, 1.25));
+#undef LESS
+        draw_path(seed, &less);
+        scale_limits(&less, 0.5);
+        faster_than(seed, "at full speed", duration, plan(seed, &less) / 2);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(paths_are_planned_or_refused_with_their_reason),
+        cmocka_unit_test(fewer_limits_caps_and_stops_are_never_slower),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

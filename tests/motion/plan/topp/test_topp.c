@@ -147,6 +147,25 @@ static void caps_and_stops_are_kept(void **state)
     plan_pool_free(&pool);
 }
 
+/* Wherever they are: a third of the way is between the points of any even grid. */
+static void stops_need_no_grid_point(void **state)
+{
+    struct topp_rig rig;
+    struct plan_topp topp;
+    double failed;
+
+    (void)state;
+    topp_rig_straight(&rig, 3, 1);
+    rig.cap[0] = (struct plan_topp_cap){ 1. / 3, 1. / 3, 0 };
+    rig.cap[1] = (struct plan_topp_cap){ 2. / 3, 2. / 3, 0 };
+    rig.request.cap_count = 2;
+    assert_int_equal(plan_topp_solve(&rig.request, &pool, &topp, &failed),
+                     MOTION_OK);
+    near(plan_topp_duration(&topp), 3 * 2, 1e-6); /* 1 s up, 1 s down */
+    assert_true(topp.intervals < 4000);
+    plan_pool_free(&pool);
+}
+
 static void what_is_above_the_optimum_falls_with_the_square(void **state)
 {
     struct topp_rig rig;
@@ -331,6 +350,7 @@ int main(void)
         cmocka_unit_test(
             a_speed_that_cannot_be_braked_is_refused_where_it_fails),
         cmocka_unit_test(caps_and_stops_are_kept),
+        cmocka_unit_test(stops_need_no_grid_point),
         cmocka_unit_test(what_is_above_the_optimum_falls_with_the_square),
         cmocka_unit_test(the_default_grid_is_within_1e_4),
         cmocka_unit_test(tracks_are_paths),

@@ -264,6 +264,33 @@ static void caps_of_speed_are_kept(void **state)
     assert_true(t > 40 + free_time - 8 && t < 40 + free_time + 4);
 }
 
+/* The lower cap counts at each place: one inside another, in parts whose ends are those
+ * of another up to rounding, take what caps side by side take. */
+static void caps_may_overlap(void **state)
+{
+    enum { PARTS = 16 };
+    struct topp_rig rig;
+
+    (void)state;
+    topp_rig_straight(&rig, 10, 1);
+    rig.cap[0] = (struct plan_topp_cap){ 0.2, 0.3, 0.05 };
+    rig.cap[1] = (struct plan_topp_cap){ 0.3, 0.4, 0.02 };
+    rig.cap[2] = (struct plan_topp_cap){ 0.4, 0.5, 0.05 };
+    rig.request.cap_count = 3;
+    const double beside = duration_of(&rig);
+    rig.request.cap_count = PARTS + 1;
+    for (int i = 0; i < PARTS; i++)
+        rig.cap[i] =
+            (struct plan_topp_cap){ 0.2 + 0.3 * i / PARTS,
+                                    0.2 + 0.3 * (i + 1) / PARTS, 0.05 };
+    rig.cap[PARTS] = (struct plan_topp_cap){ 0.3 - 1e-10, 0.4 + 1e-10, 0.02 };
+    near(duration_of(&rig), beside, 1e-3);
+    rig.cap[PARTS] =
+        (struct plan_topp_cap){ 0.2 + 0.3 * 5 / PARTS - 1e-10,
+                                0.2 + 0.3 * 7 / PARTS + 1e-10, 0.02 };
+    assert_true(duration_of(&rig) < beside);
+}
+
 /* Twice the velocities, four times the accelerations, eight times the jerks:
  * half the time. */
 static void double_speed(struct topp_rig *rig)
@@ -409,6 +436,7 @@ int main(void)
             as_jerk_limits_grow_the_time_falls_to_that_without_any),
         cmocka_unit_test(corners_and_stops_are_stops),
         cmocka_unit_test(caps_of_speed_are_kept),
+        cmocka_unit_test(caps_may_overlap),
         cmocka_unit_test(time_scales),
         cmocka_unit_test(axes_that_stand_take_no_time),
         cmocka_unit_test(bad_requests_are_refused),

@@ -8,6 +8,7 @@
 
 #define TOPP_RIG_AXES_MAX   12
 #define TOPP_RIG_PIECES_MAX 12
+#define TOPP_RIG_CAPS_MAX   20
 
 /* A path of cubics, and a request for it, which points into it. */
 struct topp_rig {
@@ -15,7 +16,7 @@ struct topp_rig {
     double coef[TOPP_RIG_PIECES_MAX * TOPP_RIG_AXES_MAX * 4];
     struct plan_topp_limit limit[TOPP_RIG_AXES_MAX];
     double jerk[TOPP_RIG_AXES_MAX];
-    struct plan_topp_cap cap[2];
+    struct plan_topp_cap cap[TOPP_RIG_CAPS_MAX];
     struct plan_topp_request request;
 };
 
