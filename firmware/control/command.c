@@ -170,9 +170,25 @@ static bool controller_only_comes_in(const struct controller_axis_config *range,
     return true;
 }
 
-bool controller_admit(struct controller *controller, unsigned index,
-                      const struct motion_track *track)
+/* The range as a track sees it that is so far beside the axis. */
+static struct controller_axis_config
+controller_range_beside(const struct controller_axis_config *range,
+                        int64_t beside_q32)
 {
+    struct controller_axis_config moved = *range;
+    if (motion_fixed_sub(range->pos_min_q32, beside_q32, &moved.pos_min_q32) <
+            0 ||
+        motion_fixed_sub(range->pos_max_q32, beside_q32, &moved.pos_max_q32) <
+            0)
+        moved.pos_min_q32 = moved.pos_max_q32 = 0;
+    return moved;
+}
+
+bool controller_admit(struct controller *controller, unsigned index,
+                      const struct motion_track *track, int64_t beside_q32)
+{
+    const struct controller_axis_config range =
+        controller_range_beside(&controller->config.axis[index], beside_q32);
     struct controller_axis *axis = &controller->axis[index];
     const int64_t highest_q32 = axis->highest_q32;
     const int64_t lowest_q32 = axis->lowest_q32;
@@ -180,8 +196,10 @@ bool controller_admit(struct controller *controller, unsigned index,
     motion_track_extreme(track, MOTION_POS, &pos);
     controller_gate_mark(controller, index, axis->target.pos_q32);
     if (!controller_range_counts(controller, index) ||
-        (controller_gate_range(controller, index, pos.min, pos.max) &&
-         controller_only_comes_in(&controller->config.axis[index], track)))
+        (motion_fixed_add(pos.min, beside_q32, &pos.min) == MOTION_OK &&
+         motion_fixed_add(pos.max, beside_q32, &pos.max) == MOTION_OK &&
+         controller_gate_range(controller, index, pos.min, pos.max) &&
+         controller_only_comes_in(&range, track)))
         return true;
     axis->highest_q32 = highest_q32;
     axis->lowest_q32 = lowest_q32;
@@ -269,7 +287,7 @@ static bool controller_load(struct controller *controller,
         controller->override_max_q30 =
             controller_least(controller->override_max_q30,
                              controller_axis_rate_most(controller, i));
-        if (!controller_admit(controller, i, track[i]))
+        if (!controller_admit(controller, i, track[i], 0))
             controller->override_max_q30 = 0;
     }
     controller_set_reserve(controller);
@@ -313,6 +331,8 @@ static int controller_begin(struct controller *controller,
     if (err == MOTION_OK && controller->couplings != NULL)
         err =
             controller->couplings->admit(controller, track, at_ns_q12, &which);
+    if (err == MOTION_OK && controller->gantries != NULL)
+        err = controller->gantries->admit(controller, track, &which);
     if (err == MOTION_OK && !controller_load(controller, track)) {
         controller_rest(controller);
         err = MOTION_E_LIMIT;

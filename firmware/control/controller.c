@@ -85,6 +85,7 @@ void controller_rest(struct controller *controller)
     controller->is_reversed = false;
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         controller->axis[i].track = NULL;
+        controller->axis[i].along = NULL;
         controller->axis[i].target.vel_q32 = 0;
         controller->axis[i].target.acc_q32 = 0;
         controller->axis[i].target.torque_permille = 0;
@@ -389,6 +390,8 @@ static void controller_sample(struct controller *controller)
     }
     if (controller->couplings != NULL)
         controller->couplings->ops->follow(controller);
+    if (controller->gantries != NULL)
+        controller->gantries->follow(controller);
 }
 
 /* -- one step per state ------------------------------------------------- */

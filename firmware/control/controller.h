@@ -52,6 +52,7 @@
 
 #include "firmware/control/couple.h"
 #include "firmware/control/estop.h"
+#include "firmware/control/gantry.h"
 #include "firmware/control/goal.h"
 #include "firmware/control/ramp_limit.h"
 #include "firmware/control/ramp_scheduled.h"
@@ -131,7 +132,9 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_GUARDIAN, CONTROLLER_REACT_STOP,                        \
       "the guardian was lost")                                                 \
     X(CONTROLLER_FAULT_COUNTER, CONTROLLER_REACT_QUICK,                        \
-      "a set point beyond the end of the drive's counter")
+      "a set point beyond the end of the drive's counter")                     \
+    X(CONTROLLER_FAULT_RACKING, CONTROLLER_REACT_STOP,                         \
+      "the rails of the gantry rack its bridge")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
@@ -218,7 +221,9 @@ struct controller_axis {
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
     struct controller_cam *cam; /* follows another axis; NULL: none */
-    struct controller_leg leg;  /* by_goals */
+    /* of the other rail of its gantry, which takes it along; NULL: none */
+    const struct motion_track *along;
+    struct controller_leg leg; /* by_goals */
     int64_t stands_q32;
     int64_t vel_peak_q32; /* of the track at rate 1 */
     struct hal_drive_target target;
@@ -344,6 +349,9 @@ struct controller {
     struct controller_jog *jog; /* what is played, at rate 1; NULL: a move */
     /* NULL: no axis was ever coupled */
     const struct controller_couplings *couplings;
+    const struct controller_gantry_ops *gantries; /* NULL: there is none */
+    struct controller_gantry *gantry;
+    unsigned gantry_count;
     bool is_brake; /* what is played is itself a stop */
     bool homing;   /* homing moves the axes: nobody else starts a motion */
     bool is_held;  /* not resumed yet, also where a leg of homing has ended */

@@ -585,7 +585,9 @@ static int couple_may(const struct controller *controller, unsigned axis,
         couple_is_master(controller, axis) || couple_has(controller, cam) ||
         controller->axis[cam->master].cam != NULL ||
         controller->config.axis[axis].by_goals ||
-        controller->config.axis[cam->master].by_goals)
+        controller->config.axis[cam->master].by_goals ||
+        controller_gantry_of(controller, axis) != NULL ||
+        controller_gantry_of(controller, cam->master) != NULL)
         return MOTION_E_ARG;
     return MOTION_OK;
 }

@@ -67,7 +67,7 @@ void controller_cam_at(const struct controller_cam *cam,
  * planned anew by what the curve leaves of its limits and its range, and where it
  * is faster than these now, that is MOTION_E_LIMIT.  MOTION_E_STATE; MOTION_E_ARG:
  * the master is the axis itself, is coupled to another, the cam has a follower, or
- * either goes by a profile of its drive's; MOTION_E_UNHOMED; MOTION_E_LIMIT: the curve
+ * either goes by a profile of its drive's, or is a rail of a gantry; MOTION_E_UNHOMED; MOTION_E_LIMIT: the curve
  * leaves the range of the axis, or the master stands outside of it;
  * MOTION_E_DISCONTINUITY: its slope, or of an axis with a limit of jerk its curvature,
  * steps by more than a hundredth of what the limits let happen in a period;

@@ -99,6 +99,8 @@ static inline uint32_t gate_far(const struct controller_axis *axis)
     const struct motion_track *track = axis->track;
     if (track == NULL && axis->cam != NULL)
         track = axis->cam->track;
+    if (track == NULL)
+        track = axis->along;
     if (track == NULL || axis->cursor.index >= track->count)
         return 0;
     const int8_t frac = track->segment[axis->cursor.index].frac;

@@ -106,18 +106,47 @@ bool homing_at_rest(const struct homing *homing)
     return homing->controller->state == CONTROLLER_READY;
 }
 
-static bool homing_limit(const struct homing *homing, int direction)
+/* The axis in its turn, and of a gantry the other rail, which goes with it. */
+static unsigned homing_rails(const struct homing *homing)
 {
-    const struct controller_axis *axis = homing_axis(homing);
+    return homing->gantry != NULL ? 2 : 1;
+}
+
+static unsigned homing_other(const struct homing *homing)
+{
+    return controller_gantry_other(homing->gantry, homing->axis);
+}
+
+static struct controller_axis *homing_rail(const struct homing *homing,
+                                           unsigned rail)
+{
+    return rail == 0 ? homing_axis(homing)
+                     : &homing->controller->axis[homing_other(homing)];
+}
+
+static bool homing_rail_limit(const struct homing *homing, unsigned rail,
+                              int direction)
+{
+    const struct controller_axis *axis = homing_rail(homing, rail);
     return direction < 0 ? axis->feedback.limit_negative ||
                                controller_input(axis->switches.limit_negative)
                          : axis->feedback.limit_positive ||
                                controller_input(axis->switches.limit_positive);
 }
 
-static struct hal_gpio *homing_line(const struct homing *homing)
+/* Of either rail. */
+static bool homing_limit(const struct homing *homing, int direction)
 {
-    const struct controller_switches *switches = &homing_axis(homing)->switches;
+    for (unsigned rail = 0; rail < homing_rails(homing); rail++)
+        if (homing_rail_limit(homing, rail, direction))
+            return true;
+    return false;
+}
+
+static struct hal_gpio *homing_line(const struct homing *homing, unsigned rail)
+{
+    const struct controller_switches *switches =
+        &homing_rail(homing, rail)->switches;
     switch (homing_of(homing)->input) {
     case HOMING_INPUT_LIMIT_NEGATIVE:
         return switches->limit_negative;
@@ -129,18 +158,27 @@ static struct hal_gpio *homing_line(const struct homing *homing)
     return switches->home;
 }
 
-static bool homing_switch(const struct homing *homing)
+static bool homing_rail_switch(const struct homing *homing, unsigned rail)
 {
     switch (homing_of(homing)->input) {
     case HOMING_INPUT_LIMIT_NEGATIVE:
-        return homing_limit(homing, -1);
+        return homing_rail_limit(homing, rail, -1);
     case HOMING_INPUT_LIMIT_POSITIVE:
-        return homing_limit(homing, 1);
+        return homing_rail_limit(homing, rail, 1);
     case HOMING_INPUT_HOME:
         break;
     }
-    return homing_axis(homing)->feedback.home_switch ||
-           controller_input(homing_line(homing));
+    return homing_rail(homing, rail)->feedback.home_switch ||
+           controller_input(homing_line(homing, rail));
+}
+
+/* Of either rail. */
+static bool homing_switch(const struct homing *homing)
+{
+    for (unsigned rail = 0; rail < homing_rails(homing); rail++)
+        if (homing_rail_switch(homing, rail))
+            return true;
+    return false;
 }
 
 bool homing_bad_limit(const struct homing *homing, int direction)
@@ -155,9 +193,12 @@ bool homing_bad_limit(const struct homing *homing, int direction)
 #define HOMING_BRAKE_NS INT64_C(5000000000)
 #define HOMING_EDGES    16 /* that a line keeps (hal/gpio.h) */
 
-static void homing_release(struct homing *homing)
+static void homing_seek(struct homing *homing, bool seeking)
 {
-    homing_axis(homing)->seeking = false;
+    for (unsigned rail = 0; rail < homing_rails(homing); rail++)
+        homing_rail(homing, rail)->seeking = seeking;
+    if (homing->gantry != NULL)
+        homing->gantry->is_alone = false;
 }
 
 void homing_fail(struct homing *homing, enum homing_error error)
@@ -178,7 +219,7 @@ void homing_fail(struct homing *homing, enum homing_error error)
 
 static void homing_end(struct homing *homing, enum homing_state state)
 {
-    homing_release(homing);
+    homing_seek(homing, false);
     homing->controller->homing = false;
     /* after a fault the controller sees to it */
     homing->mode_requested = false;
@@ -252,17 +293,19 @@ void homing_rest(struct homing *homing, enum homing_state state)
 static void homing_forget_edges(const struct homing *homing)
 {
     struct hal_gpio_event event;
-    struct hal_gpio *line = homing_line(homing);
-    for (unsigned i = 0; line != NULL && i < HOMING_EDGES; i++)
-        if (hal_gpio_event(line, &event) != 1)
-            return;
+    for (unsigned rail = 0; rail < homing_rails(homing); rail++) {
+        struct hal_gpio *line = homing_line(homing, rail);
+        for (unsigned i = 0; line != NULL && i < HOMING_EDGES; i++)
+            if (hal_gpio_event(line, &event) != 1)
+                break;
+    }
 }
 
 /* An edge to active since the last look: *event, else .active is false. */
-static bool homing_edge(const struct homing *homing,
+static bool homing_edge(const struct homing *homing, unsigned rail,
                         struct hal_gpio_event *event)
 {
-    struct hal_gpio *line = homing_line(homing);
+    struct hal_gpio *line = homing_line(homing, rail);
     *event = (struct hal_gpio_event){ .active = false };
     for (unsigned i = 0; line != NULL && i < HOMING_EDGES; i++) {
         if (hal_gpio_event(line, event) != 1)
@@ -278,8 +321,10 @@ static bool homing_edge(const struct homing *homing,
 static bool homing_met(const struct homing *homing)
 {
     struct hal_gpio_event event;
-    const bool edge = homing_edge(homing, &event);
-    return homing_switch(homing) || edge;
+    bool is_met = homing_switch(homing);
+    for (unsigned rail = 0; rail < homing_rails(homing); rail++)
+        is_met |= homing_edge(homing, rail, &event);
+    return is_met;
 }
 
 static void homing_leave(struct homing *homing)
@@ -311,7 +356,7 @@ static bool homing_cannot_halt(const struct homing *homing)
 static void homing_begin_switch(struct homing *homing)
 {
     const int direction = homing_of(homing)->direction;
-    homing_axis(homing)->seeking = true;
+    homing_seek(homing, true);
     if (homing_cannot_halt(homing))
         homing_fail(homing, HOMING_NO_HALT);
     else if (homing_switch(homing))
@@ -434,6 +479,7 @@ static void homing_turn(struct homing *homing)
     if (!homing_at_rest(homing))
         return;
     homing_forget_edges(homing);
+    homing->found = 0;
     homing_run(homing, HOMING_APPROACH, config->direction, config->slow_q32,
                config->distance_q32);
 }
@@ -442,30 +488,58 @@ static void homing_turn(struct homing *homing)
  * told to have: what is told from two positions is only as fine as a count in a
  * tick.  What is further apart than a tenth of a second is no edge of ours. */
 #define HOMING_EDGE_NS INT64_C(100000000)
-static void homing_take_edge(struct homing *homing,
+static void homing_take_edge(struct homing *homing, unsigned rail,
                              const struct hal_gpio_event *event)
 {
-    const struct hal_drive_feedback *feedback = &homing_axis(homing)->feedback;
+    const struct controller_axis *axis = homing_rail(homing, rail);
+    const struct hal_drive_feedback *feedback = &axis->feedback;
     int64_t travel_q32 = 0;
-    homing->edge_q32 = feedback->pos_q32;
+    homing->found |= 1u << rail;
+    homing->edge_q32[rail] = feedback->pos_q32;
     homing->edge_ns = feedback->t_ns;
     if (!event->active)
         return;
     const int64_t since_ns = event->t_ns - feedback->t_ns;
     if (since_ns < -HOMING_EDGE_NS || since_ns > HOMING_EDGE_NS ||
-        motion_fixed_muldiv(homing_axis(homing)->target.vel_q32, since_ns,
-                            INT64_C(1000000000), &travel_q32) < 0)
+        motion_fixed_muldiv(axis->target.vel_q32, since_ns, INT64_C(1000000000),
+                            &travel_q32) < 0)
         return;
-    homing->edge_q32 += travel_q32;
+    homing->edge_q32[rail] += travel_q32;
     homing->edge_ns = event->t_ns;
+}
+
+/* The first rail that has met its switch goes on with the other. */
+static void homing_take_edges(struct homing *homing)
+{
+    struct hal_gpio_event event;
+    const unsigned before = homing->found;
+    for (unsigned rail = 0; rail < homing_rails(homing); rail++)
+        if ((homing->found >> rail & 1) == 0 &&
+            (homing_edge(homing, rail, &event) ||
+             homing_rail_switch(homing, rail)))
+            homing_take_edge(homing, rail, &event);
+    if (before == 0)
+        homing->met_q32 = homing_axis(homing)->target.pos_q32;
+}
+
+/* How far one rail has gone on since it met its switch. */
+static bool homing_is_racked(const struct homing *homing)
+{
+    int64_t further_q32;
+    return homing->found != 0 && homing->gantry != NULL &&
+           (motion_fixed_sub(homing_axis(homing)->target.pos_q32,
+                             homing->met_q32, &further_q32) < 0 ||
+            motion_fixed_abs(further_q32) >
+                (uint64_t)homing->gantry->racking_q32);
 }
 
 static void homing_approach(struct homing *homing)
 {
-    struct hal_gpio_event event;
-    if (homing_edge(homing, &event) || homing_switch(homing)) {
-        homing_take_edge(homing, &event);
+    homing_take_edges(homing);
+    if (homing->found == (1u << homing_rails(homing)) - 1) {
         homing_rest(homing, HOMING_SETTLE);
+    } else if (homing_is_racked(homing)) {
+        homing_fail(homing, HOMING_RACKED);
     } else if (homing_bad_limit(homing, homing_of(homing)->direction)) {
         homing_fail(homing, HOMING_WRONG_LIMIT);
     } else if (homing_at_rest(homing)) {
@@ -508,7 +582,7 @@ static void homing_go(struct homing *homing)
         .pos_q32 = homing_place_q32(homing),
         .vel_q32 = homing_of(homing)->fast_q32,
     };
-    homing_release(homing);
+    homing_seek(homing, false);
     homing->go_q32 = goal.pos_q32;
     if (controller_jog_run(homing->controller, homing->jog, &goal) < 0)
         homing_fail(homing, HOMING_JOG);
@@ -516,16 +590,38 @@ static void homing_go(struct homing *homing)
         homing->state = HOMING_GO;
 }
 
-/* The place from_q32 is to_q32 from now on, and the axis is homed. */
-static void homing_take(struct homing *homing, int64_t from_q32, int64_t to_q32)
+/* From here on each rail's own switch says where it is. */
+static int homing_know(struct homing *homing, const int64_t from_q32[2])
 {
-    if (controller_set_position(homing->controller, homing->axis, from_q32,
-                                to_q32, &homing->reach) == MOTION_OK)
-        homing_go(homing);
+    int err =
+        controller_set_position(homing->controller, homing->axis, from_q32[0],
+                                homing_of(homing)->pos_q32, &homing->reach);
+    if (err == MOTION_OK && homing->gantry != NULL)
+        err = controller_set_position(
+            homing->controller, homing_other(homing), from_q32[1],
+            homing->config[homing_other(homing)].pos_q32, &homing->reach);
+    return err;
+}
+
+static void homing_fail_to_know(struct homing *homing)
+{
+    homing_fail(homing, homing->reach.min_counts < homing->reach.max_counts
+                            ? HOMING_COUNTER
+                            : HOMING_JOG);
+}
+
+static void homing_begin_square(struct homing *homing)
+{
+    const struct controller_jog_goal goal = {
+        .axis = homing_other(homing),
+        .pos_q32 = homing_axis(homing)->target.pos_q32,
+        .vel_q32 = homing_of(homing)->slow_q32,
+    };
+    homing->gantry->is_alone = true;
+    if (controller_jog_run(homing->controller, homing->jog, &goal) < 0)
+        homing_fail(homing, HOMING_JOG);
     else
-        homing_fail(homing, homing->reach.min_counts < homing->reach.max_counts
-                                ? HOMING_COUNTER
-                                : HOMING_JOG);
+        homing->state = HOMING_SQUARE;
 }
 
 static void homing_settle(struct homing *homing)
@@ -536,7 +632,24 @@ static void homing_settle(struct homing *homing)
     }
     if (!homing_at_rest(homing))
         return;
-    homing_take(homing, homing->edge_q32, homing_of(homing)->pos_q32);
+    if (homing_know(homing, homing->edge_q32) < 0)
+        homing_fail_to_know(homing);
+    else if (homing->gantry != NULL)
+        homing_begin_square(homing);
+    else
+        homing_go(homing);
+}
+
+/* The bridge is square where both places are the same. */
+static void homing_square(struct homing *homing)
+{
+    if (!homing_at_rest(homing))
+        return;
+    if (homing_rail(homing, 1)->target.pos_q32 !=
+        homing_axis(homing)->target.pos_q32)
+        homing_fail(homing, HOMING_STOPPED);
+    else
+        homing_go(homing);
 }
 
 static void homing_next(struct homing *homing);
@@ -618,7 +731,11 @@ static void homing_unmode(struct homing *homing)
     struct controller_axis *axis = homing_axis(homing);
     if (axis->feedback.mode != homing_usual_mode(homing))
         return;
-    homing_take(homing, axis->offset_q32, 0);
+    if (controller_set_position(homing->controller, homing->axis,
+                                axis->offset_q32, 0, &homing->reach) < 0)
+        homing_fail_to_know(homing);
+    else
+        homing_go(homing);
 }
 
 /* --- one axis after the other --- */
@@ -636,8 +753,13 @@ static int homing_pick(const struct homing *homing)
 
 static void homing_begin_here(struct homing *homing)
 {
-    homing_take(homing, homing_axis(homing)->target.pos_q32,
-                homing_of(homing)->pos_q32);
+    int64_t at_q32[2];
+    for (unsigned rail = 0; rail < homing_rails(homing); rail++)
+        at_q32[rail] = homing_rail(homing, rail)->target.pos_q32;
+    if (homing_know(homing, at_q32) < 0)
+        homing_fail_to_know(homing);
+    else
+        homing_go(homing);
 }
 
 static void homing_next(struct homing *homing)
@@ -648,7 +770,10 @@ static void homing_next(struct homing *homing)
         return;
     }
     homing->axis = (unsigned)axis;
+    homing->gantry = controller_gantry_of(homing->controller, homing->axis);
     homing->left &= ~((uint64_t)1 << axis);
+    if (homing->gantry != NULL)
+        homing->left &= ~((uint64_t)1 << homing_other(homing));
     homing->since_ns = homing->controller->now_ns;
     if (homing_of(homing)->by == HOMING_SWITCH)
         homing_begin_switch(homing);
@@ -676,6 +801,15 @@ static bool homing_config_ok(const struct homing_config *config)
            (config->direction == 1 || config->direction == -1);
 }
 
+/* Rails are homed as one: by what both can wait for, and in one direction. */
+static bool homing_rails_ok(const struct homing_config *one,
+                            const struct homing_config *two)
+{
+    return one->by == two->by && one->by != HOMING_DRIVE &&
+           one->by != HOMING_HARD_STOP && one->input == two->input &&
+           one->direction == two->direction;
+}
+
 int homing_init(struct homing *homing, struct controller *controller,
                 struct controller_jog *jog, const struct homing_config config[])
 {
@@ -684,6 +818,10 @@ int homing_init(struct homing *homing, struct controller *controller,
                                .config = config };
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (!homing_config_ok(&config[i]))
+            return MOTION_E_ARG;
+    for (unsigned i = 0; i < controller->gantry_count; i++)
+        if (!homing_rails_ok(&config[controller->gantry[i].axis[0]],
+                             &config[controller->gantry[i].axis[1]]))
             return MOTION_E_ARG;
     return MOTION_OK;
 }
@@ -695,6 +833,19 @@ uint64_t homing_wanted(const struct homing *homing)
         if (homing->config[i].by != HOMING_NONE &&
             !homing->controller->axis[i].homed)
             axes |= (uint64_t)1 << i;
+    return axes;
+}
+
+/* Of the gantries of those that are to be homed. */
+static uint64_t homing_other_rails(const struct homing *homing)
+{
+    uint64_t axes = 0;
+    for (unsigned i = 0; i < homing->controller->gantry_count; i++) {
+        const unsigned *const axis = homing->controller->gantry[i].axis;
+        const uint64_t both = (uint64_t)1 << axis[0] | (uint64_t)1 << axis[1];
+        if ((homing->left & both) != 0)
+            axes |= both;
+    }
     return axes;
 }
 
@@ -711,6 +862,7 @@ int homing_start(struct homing *homing, uint64_t axes)
     for (unsigned i = 0; i < homing->controller->config.axis_count; i++)
         if (homing->config[i].by != HOMING_NONE)
             homing->left |= axes & (uint64_t)1 << i;
+    homing->left |= homing_other_rails(homing);
     homing_next(homing);
     return MOTION_OK;
 }
@@ -757,6 +909,7 @@ void homing_step(struct homing *homing)
         [HOMING_CLEAR] = homing_clear,
         [HOMING_PRESS_AGAIN] = homing_press_again,
         [HOMING_SETTLE] = homing_settle,
+        [HOMING_SQUARE] = homing_square,
         [HOMING_MODE] = homing_mode,
         [HOMING_RUN] = homing_step_run,
         [HOMING_UNMODE] = homing_unmode,

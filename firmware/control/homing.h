@@ -41,6 +41,12 @@
  * first, then, from `clear` before it, at `slow`.  The position is the axis's, not that of the set
  * point.  What it presses with at most is the drive's to limit.
  *
+ * The rails of a gantry (gantry.h) are homed in one turn, by switches or here, and move
+ * as one: what stands of a switch above is that of either rail, but that APPROACH goes on
+ * until each has met its own, which racks the bridge no further; what comes later than
+ * the racking is a failure.  Then both places are known, and SETTLE is followed by SQUARE:
+ * the other rail alone goes at `slow` to where it has the place of the first.
+ *
  * Anything else is a failure: a switch or stop that does not come within `distance`, a
  * wait longer than `timeout`, an unexpected limit switch (while it brakes too),
  * a fault, the operator's stop (controller_stop, controller_jog_stop), in
@@ -109,7 +115,9 @@ struct homing_config {
     X(HOMING_JOG, "the axis could not be moved")                               \
     X(HOMING_NO_STOP, "no hard stop was met within the search distance")       \
     X(HOMING_NO_TORQUE, "the drive does not report its torque")                \
-    X(HOMING_COUNTER, "the drive's counter ends within the axis's range")
+    X(HOMING_COUNTER, "the drive's counter ends within the axis's range")      \
+    X(HOMING_RACKED,                                                           \
+      "one rail met its switch and the other none within the racking")
 
 enum homing_error {
 #define HOMING_ERROR_ENUM(name, text) name,
@@ -136,6 +144,8 @@ const char *homing_error_text(enum homing_error error);
       "the switch was not met again yet at the slow speed")                    \
     X(HOMING_SETTLE, "coming to rest",                                         \
       "it did not come to rest after the edge of the switch")                  \
+    X(HOMING_SQUARE, "squaring the bridge",                                    \
+      "one rail did not come to where the other stands")                       \
     X(HOMING_PRESS, "going to the hard stop", "the hard stop was not met yet") \
     X(HOMING_PRESSED, "letting up",                                            \
       "it did not come to rest at the hard stop")                              \
@@ -178,9 +188,11 @@ struct homing {
     int64_t met_q32;
     int64_t far_q32, far_ns; /* SLOW_DOWN: the furthest place, and since when */
     int64_t told_q32;        /* PRESS: the set point when it was at far_q32 */
-    int64_t edge_q32;        /* where the switch was met, before the offset */
-    int64_t edge_ns;         /* and when */
-    int64_t go_q32;          /* GO: where to */
+    struct controller_gantry *gantry; /* whose rails are in their turn */
+    unsigned found; /* bit per rail, the axis in its turn first: edges met */
+    int64_t edge_q32[2]; /* where its switch was met, before the offset */
+    int64_t edge_ns;     /* and when */
+    int64_t go_q32;      /* GO: where to */
     struct hal_drive_reach reach; /* HOMING_COUNTER: of the end that it lacks */
 };
 

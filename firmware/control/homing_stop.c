@@ -121,7 +121,7 @@ void homing_press_again(struct homing *homing)
 {
     if (!homing_step_press(homing, homing_of(homing)->slow_q32))
         return;
-    homing->edge_q32 = homing_axis(homing)->feedback.pos_q32;
+    homing->edge_q32[0] = homing_axis(homing)->feedback.pos_q32;
     homing->edge_ns = homing_axis(homing)->feedback.t_ns;
     homing_rest(homing, HOMING_SETTLE);
 }

@@ -83,9 +83,11 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
                                MOTION_OTG_PHASES, track);
     if (err < 0)
         return err;
-    if (!controller_admit(controller, index, track))
+    if (!controller_admit(controller, index, track, 0))
         return MOTION_E_LIMIT;
     err = controller_coupled_follow(controller, index, track);
+    if (err == MOTION_OK)
+        err = controller_gantry_follow(controller, index, track);
     if (err < 0)
         return err;
     if (controller->state == CONTROLLER_READY)

@@ -108,7 +108,8 @@ void controller_gate_sent(struct controller *controller, unsigned index,
  * 2^-28 (motion/plan/check.c); of a window from its outline, which the plan's check
  * has judged.  Axis play: the axis plays this track from its start (NULL:
  * none).  Admit: whether it keeps to the range of the axis, or comes in from
- * where that stands outside, which then is marked.  Play: from path time 0 at
+ * where that stands outside, which then is marked; of an axis that is so far beside
+ * the track.  Play: from path time 0 at
  * this rate. */
 int64_t controller_largest(const struct motion_track *track,
                            enum motion_quantity quantity);
@@ -117,7 +118,7 @@ int64_t controller_peak(const struct motion_track *track,
 void controller_axis_play(struct controller_axis *axis,
                           const struct motion_track *track);
 bool controller_admit(struct controller *controller, unsigned index,
-                      const struct motion_track *track);
+                      const struct motion_track *track, int64_t beside_q32);
 void controller_play(struct controller *controller, int64_t rate_q30);
 /* command.c: of windows, what a stop from the rate there is or is to be needs. */
 void controller_set_reserve(struct controller *controller);
@@ -137,6 +138,12 @@ int64_t controller_coupled_place(const struct controller *controller,
                                  unsigned master, int64_t pos_q32);
 int controller_coupled_follow(struct controller *controller, unsigned master,
                               const struct motion_track *track);
+
+/* gantry.c, of which jogs and homing are the users; the rest goes by the gantries'
+ * functions: the other rail goes along with this track of the leader, from where it
+ * stands; MOTION_E_LIMIT: it leaves its range.  Nothing of an axis that is no rail. */
+int controller_gantry_follow(struct controller *controller, unsigned leader,
+                             const struct motion_track *track);
 
 /* home.c: the drive's own positions and the axis's. */
 void controller_from_drive(const struct controller_axis *axis,

@@ -88,6 +88,8 @@ struct motion_clock_limit controller_limit(const struct controller *controller,
     struct motion_clock_limit limit = stop ? config->stop : config->limit;
     if (controller->couplings != NULL)
         controller->couplings->reduce(controller, axis, stop, &limit);
+    if (controller->gantries != NULL)
+        controller->gantries->reduce(controller, axis, stop, &limit);
     return limit;
 }
 

@@ -313,6 +313,8 @@ void controller_watch_judge(struct controller *controller)
     watch_rest(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         watch_axis(controller, i);
+    if (controller->gantries != NULL)
+        controller->gantries->judge(controller);
 }
 
 /* How many ticks a gap swallowed, rounded at the half: long division in base 2,

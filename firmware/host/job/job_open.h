@@ -12,6 +12,9 @@ enum status job_plan(struct job *job);
 /* The same of the compiled move at move_path, which stays open. */
 enum status job_open_compiled(struct job *job, const struct files *files);
 
+/* job_gantry.c: do its tracks keep the rails of each gantry together? */
+enum status job_gantries(struct job *job);
+
 /* What is wrong with the file of the move as a whole; STATUS_INPUT. */
 enum status job_fail(struct job *job, const char *what);
 

@@ -110,6 +110,8 @@ enum status job_plan(struct job *job)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }
     job_goals_make(job);
-    status = job_plan_events(job);
+    status = job_gantries(job);
+    if (status == STATUS_OK)
+        status = job_plan_events(job);
     return status == STATUS_OK ? job_plan_steps(job) : status;
 }

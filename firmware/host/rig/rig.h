@@ -202,7 +202,8 @@ struct rig_monitor {
     X(RIG_WARNING_STOP, "stop")                                                \
     X(RIG_WARNING_DRIVE, "drive")                                              \
     X(RIG_WARNING_HOMING, "homing")                                            \
-    X(RIG_WARNING_TIMES, "times")
+    X(RIG_WARNING_TIMES, "times")                                              \
+    X(RIG_WARNING_RACKING, "racking")
 
 enum rig_warning {
 #define RIG_WARNING_ENUM(name, word) name,
@@ -343,7 +344,24 @@ struct rig_payload {
     struct plan_place place;
 };
 
+/* Two rails of a bridge, which move as one: firmware/control/gantry.h. */
+#define RIG_GANTRIES_MAX 8
+
+struct rig_gantry {
+    char name[PLAN_NAME_MAX];
+    uint32_t axis[2];
+    int64_t racking_q32;
+    struct plan_place place;
+};
+
 struct rig;
+/* The other rail of a gantry, of any of the rig; -1: the axis is none of its rails. */
+int rig_gantry_other(const struct rig_gantry *gantry, uint32_t axis);
+int rig_rail_beside(const struct rig *rig, uint32_t axis);
+/* Limits of an axis; of a rail what both can do. */
+struct plan_limit rig_rails_limit(const struct rig *rig, uint32_t axis);
+/* Has its kinematics a bridge on two rails with an axis each? */
+bool rig_has_bridge(const struct rig *rig);
 /* m, or for a ball rad, of the payload's axis there, and per unit of it. */
 double rig_payload_at(const struct rig *rig, const struct rig_payload *payload,
                       int64_t pos_q32);
@@ -379,6 +397,8 @@ struct rig {
     uint32_t line_count;
     struct rig_payload *payload;
     uint32_t payload_count;
+    struct rig_gantry *gantry;
+    uint32_t gantry_count;
     struct plan_rig *kinematics; /* axes of the rig; NULL: not given */
     struct plan_space *rail;     /* of its carrier; NULL: another one */
 };

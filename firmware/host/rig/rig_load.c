@@ -68,6 +68,9 @@ static const struct yaml_field rig_fields[] = {
     { "kinematics", YAML_OPTIONAL,
       "a map with head, and linear, arc, rail, gantry or jib; or with arm",
       rig_read_kinematics, 0 },
+    { "gantry", YAML_OPTIONAL,
+      "a map of 1 .. 8 bridges by name, each on two rails", rig_read_gantries,
+      0 },
     { "payload", YAML_OPTIONAL, "a map of 1 .. 16 things that axes carry",
       rig_read_payloads, 0 },
 };
@@ -136,6 +139,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_table_shape,
     &rig_lens_shape,
     &rig_payload_shape,
+    &rig_rails_shape,
     &rig_quirks_shape,
     NULL,
 };
@@ -159,6 +163,8 @@ int rig_load(const struct files *files, const char *path, struct rig *rig,
     err = yaml_fields_read(&whole, &rig_shape, &reader, rig);
     if (err == 0)
         err = rig_check_homing(&whole, rig);
+    if (err == 0)
+        err = rig_check_gantries(&whole, rig);
     for (unsigned i = 0; i < rig->axis_count && err == 0; i++)
         if (rig_kinds[rig->axis[i].kind]->judge_rig != NULL)
             err = rig_kinds[rig->axis[i].kind]->judge_rig(&whole, rig, i);
@@ -187,6 +193,7 @@ void rig_part(struct rig *part, const struct rig *rig, uint32_t bus)
     part->bus_count = 1;
     part->line_count = 0;
     part->payload_count = 0;
+    part->gantry_count = 0;
     part->axis =
         memory_pool_new(&part->memory, rig->axis_count, sizeof *part->axis);
     part->axis_count = 0;

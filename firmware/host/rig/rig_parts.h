@@ -125,6 +125,9 @@ int rig_read_sim_loops(void *reader, const struct yaml_value *value, void *out);
 int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
+int rig_read_gantries(void *reader, const struct yaml_value *value, void *out);
+/* After everything: do the rails of the kinematics agree with it? */
+int rig_check_gantries(const struct yaml_value *value, const struct rig *rig);
 int rig_read_payloads(void *reader, const struct yaml_value *value, void *out);
 int rig_read_kinematics(void *reader, const struct yaml_value *value,
                         void *out);
@@ -190,7 +193,7 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_rail_shape, rig_arm_shape, rig_link_shape, rig_tool_shape,
     rig_base_shape, rig_gantry_shape, rig_jib_shape, rig_head_shape,
     rig_monitor_shape, rig_table_shape, rig_lens_shape, rig_payload_shape,
-    rig_quirks_shape;
+    rig_rails_shape, rig_quirks_shape;
 #define RIG_KIND_SHAPE(NAME, name, word)                                       \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)

@@ -286,6 +286,24 @@ static void plausible_times(const struct plausible *self,
                       axis->name, plausible_s(axis->watch_ns));
 }
 
+/* Two motors push one bridge, and nothing keeps them together. */
+static void plausible_racking(const struct plausible *self,
+                              const struct rig_axis *axis)
+{
+    const struct plan_rig *const camera = self->rig->kinematics;
+
+    if (!rig_has_bridge(self->rig) ||
+        axis != &self->rig->axis[camera->carrier[0].axis] ||
+        rig_rail_beside(self->rig, camera->carrier[0].axis) >= 0)
+        return;
+    const char *const other = self->rig->axis[camera->carrier[1].axis].name;
+    plausible_say(self, axis->place,
+                  "%s and %s carry one bridge, and homing, jogs and the way to "
+                  "a move may rack it: they move as one with gantry: {bridge: "
+                  "{rails: [%s, %s], racking: ...}}",
+                  axis->name, other, axis->name, other);
+}
+
 void rig_plausible(const struct rig *rig,
                    void (*say)(void *context, struct plan_place place,
                                const char *text),
@@ -302,6 +320,7 @@ void rig_plausible(const struct rig *rig,
         { RIG_WARNING_DRIVE, plausible_drive },
         { RIG_WARNING_HOMING, plausible_homing },
         { RIG_WARNING_TIMES, plausible_times },
+        { RIG_WARNING_RACKING, plausible_racking },
     };
     struct plausible self = { rig, say, context, RIG_WARNING_FOLLOWING };
 

@@ -184,6 +184,14 @@ static int machine_init_controller(struct machine *machine)
     if (err == MOTION_OK)
         err = controller_init(&machine->controller, &config,
                               machine->axis_state, machine->axis, &inputs);
+    for (unsigned i = 0; i < rig->gantry_count; i++)
+        machine->gantry[i] = (struct controller_gantry){
+            .axis = { rig->gantry[i].axis[0], rig->gantry[i].axis[1] },
+            .racking_q32 = rig->gantry[i].racking_q32,
+        };
+    if (err == MOTION_OK)
+        err = controller_set_gantries(&machine->controller, machine->gantry,
+                                      rig->gantry_count);
     playback_init(&machine->playback, &machine->controller, &machine->jog,
                   machine->playback_axis);
     return err < 0 ? err
@@ -220,6 +228,7 @@ static void machine_storage(struct machine *machine, const struct rig *rig)
     CAPACITY(warnings, axes);
     CAPACITY(found, axes);
     CAPACITY(homing_config, axes);
+    CAPACITY(gantry, rig->gantry_count);
     CAPACITY(input, rig->line_count);
 #undef CAPACITY
     machine->fieldbus =

@@ -62,7 +62,8 @@ struct machine {
     struct controller_axis *axis_state;
     struct controller_switches *switches;
     struct homing_config *homing_config;
-    struct drive_monitor **monitor; /* around a drive; NULL: not monitored */
+    struct controller_gantry *gantry; /* of each of the rig */
+    struct drive_monitor **monitor;   /* around a drive; NULL: not monitored */
     struct machine_warnings *warnings;
     uint32_t *found; /* times that its drive was found with torque, as seen */
     struct gpio_debounce *input; /* of lines that are inputs */

@@ -298,7 +298,8 @@ static int approach_axis(struct service_move *move, const struct rig *rig,
     struct motion_track *track = &axis->approach.track;
     motion_track_init(track, axis->approach.storage, JOB_APPROACH_SEGMENTS,
                       pos_q32);
-    const int any = job_approach(&rig->axis[i].limit, &axis->track, 0, track);
+    const struct plan_limit limit = rig_rails_limit(rig, i);
+    const int any = job_approach(&limit, &axis->track, 0, track);
     if (any <= 0)
         return any;
     move->approach.track[i] = track;

@@ -22,8 +22,9 @@ static bool approach_plan(const struct studio_plan *plan, const double *from,
             return false;
         motion_track_init(&approach->track[i], approach->segment[i],
                           JOB_APPROACH_SEGMENTS, (int64_t)pos);
-        if (job_approach(&job_rig_axis(&plan->job, i)->limit,
-                         &plan->job.track[i], t_ns_q12,
+        const struct plan_limit limit =
+            rig_rails_limit(&plan->job.rig, plan->job.rig_axis[i]);
+        if (job_approach(&limit, &plan->job.track[i], t_ns_q12,
                          &approach->track[i]) < 0)
             return false;
     }

@@ -326,6 +326,8 @@ static enum status cmd_home_choose(struct cmd_home *self)
             return STATUS_INPUT;
         }
         self->axes |= (uint64_t)1 << axis;
+        if (rig_rail_beside(rig, (uint32_t)axis) >= 0) /* both in one turn */
+            self->axes |= (uint64_t)1 << rig_rail_beside(rig, (uint32_t)axis);
     }
     for (unsigned i = 0; self->options->path_count == 1 && i < rig->axis_count;
          i++)

@@ -312,6 +312,76 @@ static void nothing_is_said_of_the_examples(void **state)
     assert_true(count > 20);
 }
 
+/* Two motors on one bridge; x1 and x2 of kinematics, and whether they are one gantry. */
+static void rails_that_may_rack_their_bridge_are_said(void **state)
+{
+#define AXIS(name, unit)                                                       \
+    "  " name ":\n    unit: " unit "\n"                                        \
+    "    limits: {position: [-90, 900], velocity: 90, acceleration: 90}\n"     \
+    "    following_error: {floor: 1, time: 20 ms}\n"                           \
+    "    drive: {kind: virtual}\n"
+#define BRIDGE(x1, x2, more, rest)                                             \
+    "axes:\n" AXIS("left", "mm") more AXIS("right", "mm")                      \
+        AXIS("trolley", "mm") AXIS("column", "mm") AXIS("pan", "deg") AXIS(    \
+            "tilt",                                                            \
+            "deg") "kinematics:\n"                                             \
+                   "  gantry: {rails: [1000, -1000], x1: {axis: " x1           \
+                   "}, x2: {axis: " x2                                         \
+                   "}, y: {axis: trolley}, z: {axis: column}}\n"               \
+                   "  head: {pan: {axis: pan}, tilt: {axis: tilt}}\n" rest
+    static const struct {
+        const char *name, *text, *said;
+    } cases[] = {
+        { "two rails", BRIDGE("left", "right", "", ""),
+          "2:3: left and right carry one bridge, and homing, jogs and the way "
+          "to a move may rack it: they move as one with gantry: {bridge: "
+          "{rails: [left, right], racking: ...}} [racking]\n" },
+        { "a gantry",
+          BRIDGE("left", "right", "",
+                 "gantry: {bridge: {rails: [right, left], racking: 1 mm}}\n"),
+          "" },
+        { "a gantry of others",
+          BRIDGE("left", "right", "",
+                 "gantry: {bridge: {rails: [trolley, column], racking: 1}}\n"),
+          "2:3: left and right carry one bridge" },
+        { "acknowledged",
+          BRIDGE("left", "right", "    acknowledged: [racking]\n", ""), "" },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(cases); i++) {
+        static struct rig rig;
+        char message[YAML_MESSAGE_MAX], said[SAID_MAX] = "";
+        FILE *file = fopen(path, "w");
+        assert_non_null(file);
+        fputs(cases[i].text, file);
+        fclose(file);
+        if (rig_load(&disk_files, path, &rig, message) < 0)
+            fail_msg("%s: %s", cases[i].name, message);
+        rig_plausible(&rig, note, said);
+        if (strncmp(said, cases[i].said, strlen(cases[i].said)) != 0 ||
+            (said[0] != '\0') != (cases[i].said[0] != '\0'))
+            fail_msg("%s: %s", cases[i].name, said);
+        rig_free(&rig);
+    }
+}
+
+/* Where slew takes the bridge to be square both axes have one place. */
+static void rails_of_a_gantry_agree_with_the_kinematics(void **state)
+{
+    static const char text[] =
+        BRIDGE("left, offset: 3 mm", "right", "",
+               "gantry: {bridge: {rails: [left, right], racking: 1 mm}}\n");
+    static struct rig rig;
+    char message[YAML_MESSAGE_MAX];
+    (void)state;
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+    assert_int_equal(rig_load(&disk_files, path, &rig, message), -1);
+    assert_non_null(strstr(message, "different offset or reversed"));
+}
+
 static int make(void **state)
 {
     const int file = mkstemp(path);
@@ -333,6 +403,8 @@ int main(void)
         cmocka_unit_test(what_is_acknowledged_is_not_said),
         cmocka_unit_test(real_drives_are_not_moved_unwatched),
         cmocka_unit_test(nothing_is_said_of_the_examples),
+        cmocka_unit_test(rails_that_may_rack_their_bridge_are_said),
+        cmocka_unit_test(rails_of_a_gantry_agree_with_the_kinematics),
     };
 
     return cmocka_run_group_tests(tests, make, clean);
