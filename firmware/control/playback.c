@@ -44,6 +44,7 @@ int playback_load(struct playback *playback,
                   const struct motion_track *const track[])
 {
     const struct controller *controller = playback->controller;
+    playback->err_axis = -1;
     if (playback->axis == NULL)
         return MOTION_E_ARG;
     if (controller_in_motion(controller))
@@ -131,16 +132,21 @@ static int64_t playback_plan_all(struct playback *playback)
         if (playback->axis[i].track == NULL ||
             playback->controller->axis[i].cam != NULL) /* it is taken along */
             continue;
+        playback->err_axis = (int)i;
         err = playback_plan(playback, i, 1, 1);
         if (playback->axis[i].approach.end_ns_q12 > dur_ns_q12)
             dur_ns_q12 = playback->axis[i].approach.end_ns_q12;
     }
     for (unsigned i = 0; i < count && err == MOTION_OK; i++) {
         const struct motion_track *own = &playback->axis[i].approach;
+        playback->err_axis = (int)i;
         if (own->count > 0 && own->end_ns_q12 < dur_ns_q12)
             err = playback_plan(playback, i, own->end_ns_q12, dur_ns_q12);
     }
-    return err < 0 ? err : dur_ns_q12;
+    if (err < 0)
+        return err;
+    playback->err_axis = -1;
+    return dur_ns_q12;
 }
 
 /* One motion, from rest to rest. */
@@ -177,8 +183,10 @@ static int playback_approach(struct playback *playback)
     for (unsigned i = 0; i < playback->controller->config.axis_count; i++) {
         if (playback->axis[i].approach.count == 0)
             continue;
-        if (!playback_is_inside(playback, i))
+        if (!playback_is_inside(playback, i)) {
+            playback->err_axis = (int)i;
             return MOTION_E_LIMIT;
+        }
         track[i] = &playback->axis[i].approach;
         playback_give_goal(playback, i);
     }
@@ -204,8 +212,8 @@ static int playback_cue(struct playback *playback, bool is_reversed)
     for (unsigned i = 0; i < playback->controller->config.axis_count; i++)
         track[i] = playback->axis[i].track;
     playback_give_goals(playback);
-    int err =
-        controller_cue(playback->controller, track, playback->at_ns_q12, NULL);
+    int err = controller_cue(playback->controller, track, playback->at_ns_q12,
+                             &playback->err_axis);
     if (err < 0)
         return err;
     playback->state = PLAYBACK_PLAYING;
@@ -246,6 +254,7 @@ static bool playback_has(const struct playback *playback, int64_t at_ns_q12)
 static int playback_aim(struct playback *playback, int64_t at_ns_q12,
                         enum playback_then then)
 {
+    playback->err_axis = -1;
     if (!playback->is_loaded)
         return MOTION_E_EMPTY;
     if (!playback_has(playback, at_ns_q12))

@@ -110,6 +110,8 @@ struct playback {
     int64_t times;  /* to be played, 0: until a stop */
     int64_t played; /* to the end, since the start */
     int err;        /* why the last one could not begin; MOTION_OK */
+    int err_axis;   /* whose fault that is, also of playback_go and
+                       playback_begin; -1: none's in particular */
     enum playback_arm arm;
     int64_t arm_ns, start_ns; /* since when; path time 0 of what is armed */
     int64_t rest_ns;          /* PARTED: all stand by then */

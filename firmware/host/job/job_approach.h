@@ -14,4 +14,10 @@
 int job_approach(const struct plan_limit *limit, const struct motion_track *to,
                  int64_t t_ns_q12, struct motion_track *track);
 
+/* Why an axis cannot go from one position to another, or start there: which, from
+ * where, to where. */
+#define JOB_APPROACH_TEXT_MAX 240
+void job_approach_text(const struct rig_axis *axis, int err, int64_t from_q32,
+                       int64_t to_q32, char text[JOB_APPROACH_TEXT_MAX]);
+
 #endif

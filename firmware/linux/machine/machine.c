@@ -510,6 +510,24 @@ void machine_trouble_text(const struct machine *machine,
                  hal_fieldbus_health_text(worst->health));
 }
 
+void machine_refusal_text(const struct machine *machine, int err,
+                          char text[JOB_APPROACH_TEXT_MAX])
+{
+    const struct playback *playback = &machine->playback;
+    const int axis = playback->err_axis;
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample place;
+    if (axis < 0 || playback->axis[axis].track == NULL) {
+        snprintf(text, JOB_APPROACH_TEXT_MAX, "%s", motion_err_text(err));
+        return;
+    }
+    motion_track_sample(playback->axis[axis].track, &cursor,
+                        playback->at_ns_q12, &place);
+    job_approach_text(&machine->rig->axis[axis], err,
+                      machine->controller.axis[axis].target.pos_q32,
+                      place.pos_q32, text);
+}
+
 void machine_fault_text(const struct machine *machine,
                         char text[MACHINE_FAULT_MAX])
 {

@@ -14,6 +14,7 @@
 #include "firmware/control/homing.h"
 #include "firmware/control/playback.h"
 #include "firmware/control/trigger.h"
+#include "firmware/host/job/job_approach.h"
 #include "firmware/host/rig/rig.h"
 #include "firmware/linux/machine/guardian.h"
 #include "firmware/linux/machine/warnings.h"
@@ -129,6 +130,9 @@ void machine_torque_text(const struct machine *machine, unsigned axis,
 #define MACHINE_TROUBLE_MAX 64
 void machine_trouble_text(const struct machine *machine,
                           char text[MACHINE_TROUBLE_MAX]);
+/* Why what is loaded cannot be gone to or begun: playback's error, with its axis. */
+void machine_refusal_text(const struct machine *machine, int err,
+                          char text[JOB_APPROACH_TEXT_MAX]);
 /* "slide: the axis does not follow its set points, DRIVE'S WORDS", or of all axes
  * the fault and what machine_trouble_text says; "" when there is no fault. */
 #define MACHINE_FAULT_MAX 200

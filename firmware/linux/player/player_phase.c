@@ -234,9 +234,11 @@ static int player_rest(struct player *player)
 
 static void player_cannot(struct player *player, const char *what, int err)
 {
+    char why[JOB_APPROACH_TEXT_MAX];
+    machine_refusal_text(player->machine, err, why);
     snprintf(player->observer.report->fault_text,
              sizeof player->observer.report->fault_text, "cannot %s: %s", what,
-             motion_err_text(err));
+             why);
     player_finish(player, REPORT_FAULT);
 }
 

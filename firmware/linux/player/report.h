@@ -66,7 +66,7 @@ struct report {
         fault_stop_ns; /* of the run: when it was seen, and all set
                                         points stood after it; 0: not yet */
     bool monitored;    /* the fault is a limit that the rig has for its drive */
-    char fault_text[192]; /* the drive's own words, or homing's */
+    char fault_text[256]; /* the drive's own words, or homing's */
     bool torque_left;     /* a drive did not say at the end that it is off: */
     char (*torque)[MACHINE_TORQUE_MAX]; /* of each axis of the rig: "", or why,
                                            in words */

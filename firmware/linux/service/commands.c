@@ -41,12 +41,13 @@ void service_command_answer(struct service_control *control,
     if (client == NULL)
         return;
     char text[SERVICE_COUPLE_TEXT_MAX];
-    cJSON *object =
-        entry->err < 0
-            ? command_line_failure(
-                  flight->id, command_line_error(entry->err),
-                  service_couple_refusal(control, entry, text, sizeof text))
-            : command_line_object(flight->id, true);
+    const char *why = control->loop->request.why;
+    if (entry->err < 0 && (!flight->by_request || why[0] == '\0'))
+        why = service_couple_refusal(control, entry, text, sizeof text);
+    cJSON *object = entry->err < 0
+                        ? command_line_failure(
+                              flight->id, command_line_error(entry->err), why)
+                        : command_line_object(flight->id, true);
     if (!flight->by_request && entry->command == MAILBOX_CAPTURE &&
         entry->err == MOTION_OK)
         command_add_key(control, object, entry->value);

@@ -367,11 +367,11 @@ void command_approach(const struct command_line *line)
         command_line_request(line, &request);
         return;
     }
+    char why[JOB_APPROACH_TEXT_MAX];
     const int any = service_move_approach(control->move, control->rig,
-                                          control->state->view.axis);
+                                          control->state->view.axis, why);
     if (any < 0)
-        command_line_refuse(line, command_line_error(any),
-                            motion_err_text(any));
+        command_line_refuse(line, command_line_error(any), why);
     if (any == 0)
         command_line_done(line);
     if (any <= 0)

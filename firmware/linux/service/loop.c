@@ -287,7 +287,10 @@ static bool loop_request(struct service_loop *loop, bool is_stopped)
     struct service_request *request = &loop->request;
     if (atomic_load(&loop->turn) != SERVICE_ASKED)
         return false;
+    request->why[0] = '\0';
     request->err = is_stopped ? MOTION_E_STATE : loop_answer(loop, request);
+    if (request->err < 0 && !is_stopped && request->kind != SERVICE_HOME)
+        machine_refusal_text(loop->machine, request->err, request->why);
     return true;
 }
 

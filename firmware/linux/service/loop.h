@@ -45,7 +45,8 @@ struct service_request {
     bool is_ping_pong;
     struct run_follow *follow; /* START: a clock that begins it; NULL: none */
     uint64_t axes;             /* HOME: a bit each */
-    int err;                   /* the answer */
+    int err;                   /* the answer, */
+    char why[JOB_APPROACH_TEXT_MAX]; /* and of START and GO in words */
 };
 
 enum service_request_turn { SERVICE_FREE, SERVICE_ASKED, SERVICE_DONE };

@@ -311,8 +311,19 @@ static int approach_axis(struct service_move *move, const struct rig *rig,
     return 1;
 }
 
+static void approach_refusal(const struct service_move *move,
+                             const struct rig *rig, unsigned i, int err,
+                             int64_t pos_q32, char why[JOB_APPROACH_TEXT_MAX])
+{
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample to;
+    motion_track_sample(&move->axis[i].track, &cursor, 0, &to);
+    job_approach_text(&rig->axis[i], err, pos_q32, to.pos_q32, why);
+}
+
 int service_move_approach(struct service_move *move, const struct rig *rig,
-                          const struct machine_view_axis axis[])
+                          const struct machine_view_axis axis[],
+                          char why[JOB_APPROACH_TEXT_MAX])
 {
     struct service_motion *approach = &move->approach;
     int any = 0;
@@ -323,8 +334,10 @@ int service_move_approach(struct service_move *move, const struct rig *rig,
         if (!move->axis[i].is_driven)
             continue;
         const int err = approach_axis(move, rig, i, axis[i].demand_q32);
-        if (err < 0)
+        if (err < 0) {
+            approach_refusal(move, rig, i, err, axis[i].demand_q32, why);
             return err;
+        }
         any |= err;
     }
     return any;

@@ -70,9 +70,10 @@ void service_move_free(struct service_move *move);
 
 /* Fills in `approach`: from where the axes of the rig were sent last to their
  * first keys at a quarter of their limits.  0: they are there; 1: there is
- * something to play; or an error of motion_ease_append_limited.  Not while it is
- * played. */
+ * something to play; or an error of motion_ease_append_limited, and why.  Not while
+ * it is played. */
 int service_move_approach(struct service_move *move, const struct rig *rig,
-                          const struct machine_view_axis axis[]);
+                          const struct machine_view_axis axis[],
+                          char why[JOB_APPROACH_TEXT_MAX]);
 
 #endif
