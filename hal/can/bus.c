@@ -28,7 +28,7 @@ static void can_bus_receive(struct can_bus *bus,
             return;
         case CAN_BUS_FOREIGN:
             bus->stats.foreign++;
-            bus->cycle.foreign = true;
+            can_cycle_foreign(&bus->cycle, frame);
             return;
         case CAN_BUS_NOT_MINE:
             break;

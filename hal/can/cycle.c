@@ -44,6 +44,14 @@ int can_cycle_flush(struct can_cycle *self)
     return can_cycle_note(self, hal_can_flush(self->can));
 }
 
+void can_cycle_foreign(struct can_cycle *self,
+                       const struct hal_can_frame *frame)
+{
+    if (!self->foreign)
+        self->foreign_id = frame->id;
+    self->foreign = true;
+}
+
 /* The worst first. */
 enum hal_fieldbus_health can_cycle_health(struct can_cycle *self)
 {

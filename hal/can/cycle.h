@@ -19,6 +19,7 @@
 struct can_cycle {
     struct hal_can *can;
     bool refused, foreign, lost; /* seen since health was told */
+    uint32_t foreign_id;         /* of the last cycle with such, its first */
     unsigned refused_cycles;     /* in a row */
     unsigned drained;            /* frames taken in, this cycle */
     uint64_t send_refused;       /* not taken by the port, ever */
@@ -31,8 +32,10 @@ bool can_cycle_recv(struct can_cycle *self, struct hal_can_frame *frame);
 /* Errors of hal_can_send, hal_can_flush. */
 int can_cycle_send(struct can_cycle *self, const struct hal_can_frame *frame);
 int can_cycle_flush(struct can_cycle *self);
-/* What begin() says of the bus; the marks it is made from are wiped.  `foreign`
- * is for the master to set. */
+/* Another master has sent this frame. */
+void can_cycle_foreign(struct can_cycle *self,
+                       const struct hal_can_frame *frame);
+/* What begin() says of the bus; the marks it is made from are wiped. */
 enum hal_fieldbus_health can_cycle_health(struct can_cycle *self);
 
 #endif

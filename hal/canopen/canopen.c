@@ -49,9 +49,10 @@ static struct canopen_node *canopen_find(struct canopen *master, uint32_t id)
     return master->node_at[id & CANOPEN_ID_MASK];
 }
 
-static void canopen_foreign(struct canopen *master)
+static void canopen_foreign(struct canopen *master,
+                            const struct hal_can_frame *frame)
 {
-    master->cycle.foreign = true;
+    can_cycle_foreign(&master->cycle, frame);
     master->stats.foreign_master++;
 }
 
@@ -159,7 +160,7 @@ static bool canopen_of_own_pdo(struct canopen *master,
                 return true;
             }
             if (node->rpdo_id[at] == frame->id) {
-                canopen_foreign(master);
+                canopen_foreign(master, frame);
                 return true;
             }
         }
@@ -181,7 +182,7 @@ static void canopen_of_node(struct canopen *master, struct canopen_node *node,
              canopen_is_predefined(node, (function - 3) >> 1, true))
         canopen_tpdo(master, node, (function - 1) >> 1, frame);
     else if (canopen_is_order(function))
-        canopen_foreign(master);
+        canopen_foreign(master, frame);
     else
         master->stats.unexpected++;
 }
@@ -206,7 +207,7 @@ static void canopen_receive(struct canopen *master,
         return;
     }
     if (canopen_is_foreign(master, frame->id)) {
-        canopen_foreign(master);
+        canopen_foreign(master, frame);
         return;
     }
     if (frame->id != 0 && canopen_of_own_pdo(master, frame))

@@ -1,6 +1,7 @@
 /* firmware/linux/machine/machine.c - see machine.h. */
 #include "firmware/linux/machine/machine.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -495,6 +496,21 @@ void machine_torque_text(const struct machine *machine, unsigned axis,
              feedback->fault_text[0] != 0 ? ", " : "", feedback->fault_text);
 }
 
+/* Of a CAN bus: the identifier by which another master was noticed. */
+static void machine_foreign_text(const struct machine *machine, unsigned bus,
+                                 char text[MACHINE_TROUBLE_MAX])
+{
+    const bool is_canopen = machine->rig->bus[bus].kind == RIG_CANOPEN;
+    const uint32_t id = is_canopen ? machine->bus[bus].cycle.foreign_id
+                                   : machine->can[bus].cycle.foreign_id;
+    const char *const word = !is_canopen  ? ""
+                             : id == 0    ? " (NMT)"
+                             : id == 0x80 ? " (SYNC)"
+                                          : "";
+    snprintf(text, MACHINE_TROUBLE_MAX, ", %s 0x%03" PRIX32 "%s",
+             is_canopen ? "COB-ID" : "identifier", id, word);
+}
+
 void machine_trouble_text(const struct machine *machine,
                           char text[MACHINE_TROUBLE_MAX])
 {
@@ -503,11 +519,14 @@ void machine_trouble_text(const struct machine *machine,
         controller->fault.fault == CONTROLLER_FAULT_NONE
             ? &controller->bus
             : &controller->fault.bus;
+    char foreign[MACHINE_TROUBLE_MAX] = "";
     text[0] = '\0';
+    if (worst->health == HAL_FIELDBUS_FOREIGN)
+        machine_foreign_text(machine, worst->bus, foreign);
     if (worst->health != HAL_FIELDBUS_GOOD)
-        snprintf(text, MACHINE_TROUBLE_MAX, "bus %.12s: %s",
+        snprintf(text, MACHINE_TROUBLE_MAX, "bus %.12s: %s%.40s",
                  machine->rig->bus[worst->bus].name,
-                 hal_fieldbus_health_text(worst->health));
+                 hal_fieldbus_health_text(worst->health), foreign);
 }
 
 void machine_refusal_text(const struct machine *machine, int err,

@@ -127,7 +127,7 @@ void machine_torque_text(const struct machine *machine, unsigned axis,
 
 /* "bus can0: interface down": the worst of the buses, when there is a fault as
  * it was when that came; "" when all are good. */
-#define MACHINE_TROUBLE_MAX 64
+#define MACHINE_TROUBLE_MAX 96
 void machine_trouble_text(const struct machine *machine,
                           char text[MACHINE_TROUBLE_MAX]);
 /* Why what is loaded cannot be gone to or begun: playback's error, with its axis. */

@@ -129,6 +129,7 @@ enum drive_cia402_check {
     CHECK_SPEED,
     CHECK_STANDS,
     CHECK_REACH,
+    CHECK_SYNC,
 };
 
 struct drive_cia402_step {

@@ -95,6 +95,7 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     OPTION(0x605E),
     /* What the user sets: has the last word. */
     PARAMETERS,
+    READ(STEP_IF_FIRST | STEP_IF_THERE, 0x1005, 0, CHECK_SYNC),
     READ(STEP_NEEDED, 0x605A, 0, CHECK_BRAKES),
     READ(STEP_IF_THERE, 0x605D, 0, CHECK_BRAKES),
     COMPARE(STEP_WATCH, 0x6007, 0, 2, 3),

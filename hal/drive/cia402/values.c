@@ -5,6 +5,7 @@
 #include "hal/support/quotient.h"
 #include "motion/core/fixed.h"
 
+#define SYNC_PRODUCED  UINT32_C(0x40000000)
 #define DEVICE_PROFILE 402
 #define INHIBIT_NS     100000 /* unit of 0x1800:3 */
 #define QUICK_STOP     0x605A
@@ -262,6 +263,19 @@ static int check_pre_operational(struct drive_cia402 *self, uint32_t value)
 static int check_mode(struct drive_cia402 *self, uint32_t value)
 {
     return value == value_mode(self) ? MOTION_OK : MOTION_E_AGAIN;
+}
+
+/* Two on a bus tear every cycle apart. */
+static int check_sync(struct drive_cia402 *self, uint32_t value)
+{
+    struct hal_text text;
+
+    if ((value & SYNC_PRODUCED) == 0)
+        return MOTION_OK;
+    text = drive_cia402_say(self, "0x1005:00 is 0x");
+    hal_text_hex(&text, value, 8);
+    hal_text_put(&text, ": the drive sends SYNC itself");
+    return MOTION_E_REFUSED;
 }
 
 static int check_error_code(struct drive_cia402 *self, uint32_t value)
@@ -627,4 +641,5 @@ int (*const drive_cia402_checks[])(struct drive_cia402 *self,
     [CHECK_SPEED] = check_speed,
     [CHECK_STANDS] = check_stands,
     [CHECK_REACH] = drive_cia402_note_reach,
+    [CHECK_SYNC] = check_sync,
 };

@@ -624,6 +624,8 @@ static void another_master_is_noticed(void **state)
         fake_can_put(&b->fake, frames[i]);
         assert_int_equal(begin(b, i * MS), HAL_FIELDBUS_FOREIGN);
         assert_int_equal(b->master.stats.foreign_master, i + 1);
+        assert_int_equal(b->master.cycle.foreign_id,
+                         fake_can_parse(frames[i]).id);
         assert_int_equal(begin(b, i * MS), HAL_FIELDBUS_GOOD);
     }
     assert_int_equal(b->node.steps, 2 * ARRAY_LEN(frames));

@@ -1189,6 +1189,25 @@ static void the_actual_position_is_followed_across_the_wrap(void **state)
     assert_in_range(b->seen.vel_q32 - ONE + 2, 0, 4);
 }
 
+static void a_drive_that_sends_sync_is_refused(void **state)
+{
+    static const uint32_t values[] = { 0x40000080, 0x00000080, 0xC0000080,
+                                       0x80000080 };
+
+    for (size_t i = 0; i < ARRAY_LEN(values); i++) {
+        struct bench *b;
+
+        bench_setup(state);
+        b = *state;
+        b->mini.object[b->mini.object_count++] = (struct mini_object){
+            .index = 0x1005, .size = 4, .value = values[i]
+        };
+        until(b, i % 2 == 0 ? HAL_DRIVE_FAULT : HAL_DRIVE_OFF, 3000);
+        if (i % 2 == 0)
+            assert_text(b, "0080: the drive sends SYNC itself");
+    }
+}
+
 /* Its own position range, 0x607B, ends the counter; two that are none do not. */
 static void the_counter_ends_where_607b_says(void **state)
 {
@@ -1938,6 +1957,7 @@ int main(void)
         BENCH(speed_is_the_way_of_one_period),
         BENCH(a_lost_tick_is_not_twice_the_speed),
         BENCH(the_actual_position_is_followed_across_the_wrap),
+        BENCH(a_drive_that_sends_sync_is_refused),
         BENCH(the_counter_ends_where_607b_says),
         BENCH(a_target_beyond_i32_is_refused_and_not_sent),
         BENCH(quick_stop_is_out_in_the_same_cycle),
