@@ -20,15 +20,19 @@ static void moteus_start(struct drive_turn *turn)
 {
     struct drive_moteus *self = moteus_of(turn);
 
-    self->heard = false;
+    self->heard = self->is_nan = false;
     self->stopping = false;
     self->heard_ns = 0;
 }
 
 static int moteus_start_step(struct drive_turn *turn)
 {
-    return moteus_of(turn)->heard && turn->positioned ? MOTION_OK
-                                                      : MOTION_E_AGAIN;
+    const struct drive_moteus *self = moteus_of(turn);
+
+    if (self->heard && turn->positioned)
+        return MOTION_OK;
+    drive_turn_say(turn, self->is_nan ? DRIVE_TURN_NAN : "no answer yet");
+    return MOTION_E_AGAIN;
 }
 
 /* The first set point arms; it only has to be stopped before. */

@@ -44,6 +44,7 @@ struct drive_moteus {
     uint16_t watchdog_ms;
     int64_t request_ns;
     bool heard, stopping; /* stopping: mode 0 is to be written */
+    bool is_nan;          /* its last answer had no number as position */
     uint8_t mode;         /* enum moteus_mode and others, as answered */
     int64_t heard_ns;
 };

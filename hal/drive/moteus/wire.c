@@ -188,7 +188,8 @@ static void drive_moteus_step(struct can_bus_node *node, int64_t now_ns)
 
     if (drive_turn_is_watched(&self->turn) &&
         now_ns - self->heard_ns > self->config.silence_ns) {
-        drive_turn_say(&self->turn, "does not answer any more");
+        drive_turn_say(&self->turn, self->is_nan ? DRIVE_TURN_NAN
+                                                 : "does not answer any more");
         drive_turn_lose(&self->turn);
     }
     drive_turn_step(&self->turn, now_ns);
@@ -268,9 +269,7 @@ static bool moteus_read(const struct hal_can_frame *frame,
     while ((got = moteus_reader_next(&reader, &value)) == 1)
         moteus_take_value(answer, &value);
     return got == 0 && answer->has_mode && answer->has_place &&
-           answer->has_fault && answer->mode >= 0 && answer->fault >= 0 &&
-           hal_float32_is_finite(answer->pos) &&
-           hal_float32_is_finite(answer->vel);
+           answer->has_fault && answer->mode >= 0 && answer->fault >= 0;
 }
 
 static void moteus_say(struct drive_moteus *self, int32_t fault)
@@ -359,7 +358,11 @@ static enum can_bus_take drive_moteus_receive(struct can_bus_node *node,
         return moteus_overhear(frame);
     if (frame->id != (uint32_t)self->config.id << 8)
         return CAN_BUS_NOT_MINE;
-    if (!moteus_read(frame, &answer) ||
+    if (!moteus_read(frame, &answer))
+        return CAN_BUS_MALFORMED;
+    self->is_nan = !hal_float32_is_finite(answer.pos) ||
+                   !hal_float32_is_finite(answer.vel);
+    if (self->is_nan ||
         !moteus_take(self, &answer, frame->t_ns != 0 ? frame->t_ns : now_ns,
                      now_ns))
         return CAN_BUS_MALFORMED;

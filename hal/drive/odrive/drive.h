@@ -94,6 +94,7 @@ struct drive_odrive {
     int64_t torque_ns; /* heard */
     int64_t torque_due_ns;
     bool was_told; /* a position since the last cycle */
+    bool is_nan;   /* what it said as its position last is no number */
     bool passes;   /* in passthrough, as far as we have told it */
     bool reason_heard;
     int64_t reason_due_ns;

@@ -30,6 +30,7 @@ void odrive_start(struct drive_turn *turn)
     self->requested_ns = 0;
     self->tries = 0;
     self->parameter = 0;
+    self->is_nan = false;
     self->error = 0;
     self->reason = 0;
     self->family = self->config.family;
@@ -161,10 +162,28 @@ void odrive_take_parameter(struct drive_odrive *self, const uint8_t data[8])
 
 /* ---- all of it ---- */
 
+/* What is waited for. */
+static void odrive_say_start(struct drive_odrive *self)
+{
+    static const char *const words[] = {
+        [DRIVE_ODRIVE_HEARTBEAT] = "no heartbeat yet",
+        [DRIVE_ODRIVE_VERSION] = "its version is not known yet",
+        [DRIVE_ODRIVE_PARAMETERS] = "its watchdog is not confirmed yet",
+        [DRIVE_ODRIVE_POSITION] = "no position yet",
+        [DRIVE_ODRIVE_FOUND] = "",
+    };
+
+    drive_turn_say(&self->turn,
+                   self->start == DRIVE_ODRIVE_POSITION && self->is_nan
+                       ? DRIVE_TURN_NAN
+                       : words[self->start]);
+}
+
 int odrive_start_step(struct drive_turn *turn)
 {
     struct drive_odrive *self = odrive_of(turn);
 
+    odrive_say_start(self);
     switch (self->start) {
     case DRIVE_ODRIVE_HEARTBEAT:
         if (self->heartbeat_ns != 0)

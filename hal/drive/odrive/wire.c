@@ -202,7 +202,9 @@ static void odrive_watch(struct drive_odrive *self, int64_t now_ns)
         drive_turn_say(&self->turn, "no heartbeat for three periods");
         drive_turn_lose(&self->turn);
     } else if (now_ns - self->turn.actual_ns > self->config.silence_ns) {
-        drive_turn_say(&self->turn, "reports no position any more");
+        drive_turn_say(&self->turn, self->is_nan
+                                        ? DRIVE_TURN_NAN
+                                        : "reports no position any more");
         drive_turn_lose(&self->turn);
     }
 }
@@ -344,7 +346,8 @@ static bool odrive_take_estimates(struct drive_odrive *self,
     const uint32_t pos = hal_float32_get(frame->data);
     const uint32_t vel = hal_float32_get(&frame->data[4]);
 
-    if (!hal_float32_is_finite(pos) || !hal_float32_is_finite(vel) ||
+    self->is_nan = !hal_float32_is_finite(pos) || !hal_float32_is_finite(vel);
+    if (self->is_nan ||
         !drive_turn_note(&self->turn, hal_float32_to_fixed(pos, 32),
                          hal_float32_to_fixed(vel, 32),
                          frame->t_ns != 0 ? frame->t_ns : now_ns))

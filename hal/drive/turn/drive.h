@@ -191,6 +191,8 @@ int drive_turn_init(struct drive_turn *self, const struct drive_turn_ops *ops,
 
 /* ---- for the wire part ---- */
 
+#define DRIVE_TURN_NAN "its position is no number (NaN): is its encoder ready?"
+
 /* Of begin(), after what it has heard. */
 void drive_turn_step(struct drive_turn *self, int64_t now_ns);
 /* Of end(), before it sends: the set point of this cycle.  False: send none. */

@@ -253,6 +253,34 @@ static void answers_that_are_none_are_not_believed(void **state)
     assert_int_equal(seen.state, HAL_DRIVE_OFF);
 }
 
+static void it_says_what_it_waits_for(void **state)
+{
+    static const char nan[] =
+        "its position is no number (NaN): is its encoder ready?";
+    const char *const is_nan =
+        "100#2100002F010000C07F000000BFCDCCCC3D230D301F005050";
+
+    (void)state;
+    bench_of(&base);
+    cycle();
+    cycle();
+    assert_string_equal(seen.fault_text, "no answer yet");
+    hear(is_nan);
+    cycle();
+    assert_int_equal(seen.state, HAL_DRIVE_OFFLINE);
+    assert_string_equal(seen.fault_text, nan);
+    hear(ANSWER("01", "21")); /* in fault since before */
+    cycle();
+    assert_int_equal(seen.state, HAL_DRIVE_FAULT);
+    assert_non_null(strstr(seen.fault_text, "moteus fault 33"));
+    found();
+    assert_string_equal(seen.fault_text, "");
+    for (int i = 0; i < 200 && seen.state == HAL_DRIVE_OFF; i++)
+        hear(is_nan);
+    assert_int_equal(seen.state, HAL_DRIVE_OFFLINE);
+    assert_non_null(strstr(seen.fault_text, "is no number (NaN)"));
+}
+
 static void whoever_else_commands_is_noticed(void **state)
 {
     (void)state;
@@ -289,6 +317,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_asks_until_it_is_answered),
+        cmocka_unit_test(it_says_what_it_waits_for),
         cmocka_unit_test(set_points_are_as_mjbots_builds_them),
         cmocka_unit_test(the_demand_goes_on_at_its_velocity),
         cmocka_unit_test(off_is_mode_0_until_it_says_so),

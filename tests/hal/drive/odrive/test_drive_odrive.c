@@ -62,6 +62,52 @@ static void it_asks_for_the_version_and_the_position(void **state)
     assert_int_equal(drive.family, DRIVE_ODRIVE_06);
 }
 
+/* What it waits for, from the first cycle on; a position that is none. */
+static void it_says_what_it_waits_for(void **state)
+{
+    struct drive_odrive_config config = base;
+
+    (void)state;
+    bench_of(&base);
+    cycle();
+    assert_int_equal(seen.state, HAL_DRIVE_OFFLINE);
+    cycle();
+    assert_string_equal(seen.fault_text, "no heartbeat yet");
+    hear("021#0000000001000000");
+    cycle();
+    assert_string_equal(seen.fault_text, "its version is not known yet");
+    hear("020#02040A3A00060900");
+    for (int i = 0; i < 3; i++)
+        cycle();
+    assert_string_equal(seen.fault_text, "no position yet");
+    hear("029#0000C07F00000000");
+    cycle();
+    cycle();
+    assert_string_equal(
+        seen.fault_text,
+        "its position is no number (NaN): is its encoder ready?");
+    hear("029#0000A03F00000000");
+    cycle();
+    cycle();
+    assert_int_equal(seen.state, HAL_DRIVE_OFF);
+    assert_string_equal(seen.fault_text, "");
+    for (int i = 0; i < 200 && seen.state == HAL_DRIVE_OFF; i++) {
+        fake_can_put(&fake, "021#0000000001000000");
+        hear("029#0000A03F0000C07F");
+    }
+    assert_int_equal(seen.state, HAL_DRIVE_OFFLINE);
+    assert_non_null(strstr(seen.fault_text, "no number (NaN)"));
+    config.watchdog_timeout = 6;
+    config.enable_watchdog = 7;
+    config.watchdog_ns = 100 * MS;
+    config.family = DRIVE_ODRIVE_06;
+    bench_of(&config);
+    hear("021#0000000001000000");
+    for (int i = 0; i < 4; i++)
+        cycle();
+    assert_string_equal(seen.fault_text, "its watchdog is not confirmed yet");
+}
+
 static void silence_about_the_version_is_0_5(void **state)
 {
     (void)state;
@@ -580,6 +626,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_asks_for_the_version_and_the_position),
+        cmocka_unit_test(it_says_what_it_waits_for),
         cmocka_unit_test(silence_about_the_version_is_0_5),
         cmocka_unit_test(arming_gives_the_position_before_the_state),
         cmocka_unit_test(set_points_have_speed_and_torque),
