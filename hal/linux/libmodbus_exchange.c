@@ -13,8 +13,6 @@
 
 #define MS INT64_C(1000000)
 
-#define AROUND 3 /* unit and CRC */
-
 /* Adapters that gather bytes hand on the rest of an answer so much later. */
 #define GATHER_NS (30 * MS)
 
@@ -30,15 +28,22 @@ static bool exchange_wait(const struct modbus_libmodbus *self, int64_t end_ns)
 
 /* ---- a serial line ---- */
 
-static int exchange_send_rtu(struct modbus_libmodbus *self,
-                             const struct hal_modbus_request *request)
+/* libmodbus has no ASCII. */
+static int exchange_send_serial(struct modbus_libmodbus *self,
+                                const struct hal_modbus_request *request)
 {
-    uint8_t frame[MODBUS_RTU_FRAME_MAX];
+    const bool is_ascii = self->time.is_ascii;
+    uint8_t frame[MODBUS_FRAME_MAX];
     const unsigned length = /* submit has looked at it */
-        (unsigned)modbus_rtu_put_request(request, frame);
+        (unsigned)modbus_serial_put_request(is_ascii, request, frame);
 
-    modbus_listener_begin(&self->listener, request, frame, length,
+    modbus_listener_begin(&self->listener, is_ascii, request, frame, length,
                           modbus_echo_expects(&self->echo));
+    if (is_ascii)
+        return write(modbus_get_socket(self->context), frame, length) ==
+                       (ssize_t)length
+                   ? MOTION_OK
+                   : MOTION_E_IO;
     if (modbus_set_slave(self->context, request->unit) < 0 ||
         modbus_send_raw_request(self->context, frame, (int)length - 2) < 0)
         return MOTION_E_IO;
@@ -48,7 +53,7 @@ static int exchange_send_rtu(struct modbus_libmodbus *self,
 /* False: the port is gone. */
 static bool exchange_hear(struct modbus_libmodbus *self)
 {
-    uint8_t bytes[MODBUS_RTU_FRAME_MAX];
+    uint8_t bytes[MODBUS_FRAME_MAX];
     const ssize_t got =
         read(modbus_get_socket(self->context), bytes, sizeof bytes);
 
@@ -61,7 +66,8 @@ static int64_t exchange_patience_ns(const struct modbus_libmodbus *self,
                                     const struct hal_modbus_request *request)
 {
     const unsigned chars =
-        self->listener.sent_length + modbus_pdu_answer_length(request) + AROUND;
+        self->listener.sent_length +
+        modbus_rtu_frame_chars(&self->time, modbus_pdu_answer_length(request));
 
     return modbus_rtu_chars_ns(&self->time, chars) +
            modbus_libmodbus_hurry(self, self->config.timeout_ns,
@@ -133,7 +139,7 @@ static void exchange_serial(struct modbus_libmodbus *self,
         return;
     exchange_clear(self);
     reply->sent_ns = modbus_libmodbus_now_ns();
-    reply->err = exchange_send_rtu(self, request);
+    reply->err = exchange_send_serial(self, request);
     if (reply->err < 0)
         return;
     if (request->unit == HAL_MODBUS_BROADCAST)

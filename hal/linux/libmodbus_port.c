@@ -67,7 +67,8 @@ static modbus_t *modbus_libmodbus_new(const struct modbus_libmodbus *self)
 
     if (modbus_libmodbus_is_rtu(self))
         return modbus_new_rtu(self->config.device, (int)line->baud,
-                              parity[line->parity], 8, line->stop_bits);
+                              parity[line->parity],
+                              (int)modbus_rtu_data_bits(line), line->stop_bits);
     snprintf(service, sizeof service, "%u", self->config.port);
     return modbus_new_tcp_pi(self->config.host, service);
 }

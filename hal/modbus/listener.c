@@ -13,27 +13,41 @@ enum listener_thing {
     LISTENER_MORE, /* it may become one of these */
 };
 
+/* What a frame says to the request; MOTION_E_PROTOCOL: nothing. */
+static void listener_judge(const struct modbus_listener *self,
+                           const uint8_t *frame, unsigned length,
+                           struct hal_modbus_reply *reply)
+{
+    uint8_t bytes[MODBUS_RTU_FRAME_MAX];
+    const unsigned count =
+        modbus_serial_open(self->is_ascii, frame, length, bytes);
+
+    reply->err = MOTION_E_PROTOCOL;
+    if (count > 1 && bytes[0] == self->request->unit)
+        modbus_pdu_take_answer(self->request, bytes + 1, count - 1, reply);
+}
+
 /* Would a device's answer be the request? */
-static bool listener_is_twin(const struct hal_modbus_request *request,
-                             const uint8_t *frame, unsigned length)
+static bool listener_is_twin(const struct modbus_listener *self)
 {
     struct hal_modbus_reply reply = { 0 };
 
-    modbus_rtu_take_answer(request, frame, length, &reply);
+    listener_judge(self, self->sent, self->sent_length, &reply);
     return reply.err == MOTION_OK;
 }
 
-void modbus_listener_begin(struct modbus_listener *self,
+void modbus_listener_begin(struct modbus_listener *self, bool is_ascii,
                            const struct hal_modbus_request *request,
                            const uint8_t *frame, unsigned length,
                            bool expects_echo)
 {
+    self->is_ascii = is_ascii;
     self->request = request;
     for (unsigned i = 0; i < length; i++)
         self->sent[i] = frame[i];
     self->sent_length = length;
     self->expects_echo = expects_echo;
-    self->is_twin = listener_is_twin(request, frame, length);
+    self->is_twin = listener_is_twin(self);
     self->length = self->strays = self->echoes = 0;
     self->is_disturbed = false;
 }
@@ -80,9 +94,10 @@ void modbus_listener_sent(struct modbus_listener *self)
     self->length = 0;
 }
 
-/* Bytes of the frame that an answer which begins so has; 0: too few to say. */
-static unsigned listener_whole(const struct modbus_listener *self, unsigned at,
-                               bool is_last)
+/* Bytes of the frame that an answer which begins so has; 0: too few to say; more
+ * than a frame: none begins so. */
+static unsigned listener_whole_rtu(const struct modbus_listener *self,
+                                   unsigned at, bool is_last)
 {
     const unsigned length = self->length - at;
     const unsigned pdu =
@@ -90,9 +105,23 @@ static unsigned listener_whole(const struct modbus_listener *self, unsigned at,
                    : modbus_pdu_answer_whole(self->request, self->byte + at + 1,
                                              length - 1);
 
+    if (self->byte[at] != self->request->unit)
+        return MODBUS_FRAME_MAX + 1;
     if (pdu == 0) /* of one that does not say it: all that came */
         return is_last ? length : 0;
-    return pdu + AROUND;
+    return pdu > MODBUS_PDU_MAX ? MODBUS_FRAME_MAX + 1 : pdu + AROUND;
+}
+
+static unsigned listener_whole(const struct modbus_listener *self, unsigned at,
+                               bool is_last)
+{
+    bool is_cut;
+
+    if (!self->is_ascii)
+        return listener_whole_rtu(self, at, is_last);
+    const unsigned whole =
+        modbus_ascii_whole(self->byte + at, self->length - at, &is_cut);
+    return is_cut || (whole == 0 && is_last) ? MODBUS_FRAME_MAX + 1 : whole;
 }
 
 static enum listener_thing listener_look(const struct modbus_listener *self,
@@ -101,33 +130,33 @@ static enum listener_thing listener_look(const struct modbus_listener *self,
                                          struct hal_modbus_reply *reply)
 {
     const unsigned length = self->length - at;
+    const unsigned whole = listener_whole(self, at, is_last);
     const bool repeats = listener_repeats(self, at);
     const bool is_echo = repeats && length >= self->sent_length;
-    unsigned whole;
 
     *used = self->sent_length;
     if (is_echo &&
         (!self->is_twin || (self->expects_echo && self->echoes == 0)))
         return LISTENER_ECHO;
-    if (self->byte[at] != self->request->unit)
-        return LISTENER_STRAY;
-    whole = listener_whole(self, at, is_last);
     if (whole > 0 && whole <= length) {
         *used = whole;
-        modbus_rtu_take_answer(self->request, self->byte + at, whole, reply);
+        listener_judge(self, self->byte + at, whole, reply);
         if (reply->err != MOTION_E_PROTOCOL)
             return LISTENER_ANSWER;
     }
     if (!is_last && ((repeats && !is_echo) || whole == 0 ||
-                     (whole <= MODBUS_RTU_FRAME_MAX && whole > length)))
+                     (whole <= MODBUS_FRAME_MAX && whole > length)))
         return LISTENER_MORE;
     return LISTENER_STRAY;
 }
 
 static bool listener_believes(const struct modbus_listener *self, unsigned at)
 {
+    const unsigned most =
+        self->is_ascii ? MODBUS_ASCII_STRAYS_MAX : MODBUS_STRAYS_MAX;
+
     return at < self->length && !self->is_disturbed &&
-           self->strays + at <= MODBUS_STRAYS_MAX;
+           self->strays + at <= most;
 }
 
 /* Stray bytes may look like the beginning of something longer than what is there

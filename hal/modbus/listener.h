@@ -8,32 +8,34 @@
  *
  *   stray bytes, 7 at most | the request itself | answer | whatever follows
  *
- * Eight bytes may be the question of another master, whose answer might look like
+ * Eight bytes (of ASCII 17) may be the question of another master, whose answer might look like
  * ours, so nothing behind them is believed.  Where the answer may be the same bytes
  * as the request (functions 5, 6 and 16h, and by chance a read of bits) the first
  * of two is the echo on a line that has one, and the only one on another. */
 #ifndef HAL_MODBUS_LISTENER_H
 #define HAL_MODBUS_LISTENER_H
 
-#include "hal/modbus/rtu.h"
+#include "hal/modbus/serial.h"
 
-#define MODBUS_STRAYS_MAX 7 /* before an answer */
+#define MODBUS_STRAYS_MAX       7 /* before an answer */
+#define MODBUS_ASCII_STRAYS_MAX 16
 
 /* Visible so that it can be static; use the functions. */
 struct modbus_listener {
     const struct hal_modbus_request *request; /* outlives the listener's use */
-    uint8_t sent[MODBUS_RTU_FRAME_MAX];
+    bool is_ascii;
+    uint8_t sent[MODBUS_FRAME_MAX];
     unsigned sent_length;
     bool expects_echo, is_twin; /* its answer may be the same bytes */
     /* Heard, and not yet judged. */
-    uint8_t byte[2 * MODBUS_RTU_FRAME_MAX];
+    uint8_t byte[2 * MODBUS_FRAME_MAX];
     unsigned length;
     bool is_disturbed;       /* by bytes that came before it had gone out */
     unsigned strays, echoes; /* so far, those behind the answer left out */
 };
 
 /* A request goes out as these bytes. */
-void modbus_listener_begin(struct modbus_listener *self,
+void modbus_listener_begin(struct modbus_listener *self, bool is_ascii,
                            const struct hal_modbus_request *request,
                            const uint8_t *frame, unsigned length,
                            bool expects_echo);

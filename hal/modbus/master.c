@@ -125,17 +125,18 @@ static void modbus_master_fail(struct modbus_master *self, int err,
 }
 
 static unsigned modbus_master_begin(struct modbus_master *self, int64_t now_ns,
-                                    uint8_t frame[MODBUS_RTU_FRAME_MAX])
+                                    uint8_t frame[MODBUS_FRAME_MAX])
 {
     const struct hal_modbus_request *request =
         &self->box[self->box_head].request;
     const unsigned length = /* submit has looked at it */
-        (unsigned)modbus_rtu_put_request(request, frame);
+        (unsigned)modbus_serial_put_request(self->time.is_ascii, request,
+                                            frame);
 
     self->sent_ns = now_ns;
     self->state = MODBUS_MASTER_SENDING;
-    modbus_listener_begin(&self->listener, request, frame, length,
-                          modbus_echo_expects(&self->echo));
+    modbus_listener_begin(&self->listener, self->time.is_ascii, request, frame,
+                          length, modbus_echo_expects(&self->echo));
     return length;
 }
 
@@ -224,12 +225,12 @@ static void modbus_master_refuse(struct modbus_master *self, int64_t now_ns)
 
 /* ---- the station ---- */
 
-/* A device hears the end of a request by silence: what begins within 1.5
+/* Of RTU a device hears the end of a request by silence: what begins within 1.5
  * characters of it is as what is heard while it is sent. */
 static bool modbus_master_is_early(const struct modbus_master *self,
                                    unsigned length, int64_t now_ns)
 {
-    return self->state == MODBUS_MASTER_WAITING &&
+    return self->state == MODBUS_MASTER_WAITING && !self->time.is_ascii &&
            now_ns - modbus_rtu_chars_ns(&self->time, length) <
                self->sent_end_ns + modbus_rtu_chars_ns(&self->time, 3) / 2;
 }
@@ -298,7 +299,7 @@ static int64_t modbus_master_due_ns(const struct modbus_station *station)
 
 static unsigned modbus_master_poll(struct modbus_station *station,
                                    int64_t now_ns,
-                                   uint8_t frame[MODBUS_RTU_FRAME_MAX])
+                                   uint8_t frame[MODBUS_FRAME_MAX])
 {
     struct modbus_master *self = modbus_master_of(station);
 
@@ -324,7 +325,8 @@ static int64_t modbus_master_patience_ns(const struct modbus_master *self)
 {
     const struct hal_modbus_request *request =
         &self->box[self->box_head].request;
-    const unsigned answer = modbus_pdu_answer_length(request) + 3;
+    const unsigned answer =
+        modbus_rtu_frame_chars(&self->time, modbus_pdu_answer_length(request));
 
     if (modbus_master_broadcasts(self))
         return self->config.broadcast_ns;
@@ -341,8 +343,8 @@ static void modbus_master_sent(struct modbus_station *station, int64_t now_ns)
     self->sent_end_ns = now_ns;
     self->state = MODBUS_MASTER_WAITING;
     self->deadline_ns = now_ns + modbus_master_patience_ns(self);
-    self->limit_ns = self->deadline_ns +
-                     modbus_rtu_chars_ns(&self->time, MODBUS_RTU_FRAME_MAX);
+    self->limit_ns =
+        self->deadline_ns + modbus_rtu_chars_ns(&self->time, MODBUS_FRAME_MAX);
 }
 
 static const struct modbus_station_ops modbus_master_station_ops = {

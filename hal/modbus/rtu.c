@@ -7,10 +7,18 @@
 #define AROUND         3 /* unit and CRC */
 #define CRC_POLYNOMIAL 0xA001
 
-/* 10 .. 12. */
+unsigned modbus_rtu_data_bits(const struct modbus_rtu_line *line)
+{
+    if (line->data_bits != 0)
+        return line->data_bits;
+    return line->is_ascii ? 7 : 8;
+}
+
+/* 9 .. 12. */
 static unsigned modbus_rtu_char_bits(const struct modbus_rtu_line *line)
 {
-    return 9u + (line->parity == MODBUS_PARITY_NONE ? 0 : 1) + line->stop_bits;
+    return 1u + modbus_rtu_data_bits(line) +
+           (line->parity == MODBUS_PARITY_NONE ? 0 : 1) + line->stop_bits;
 }
 
 int modbus_rtu_time_init(struct modbus_rtu_time *time,
@@ -20,12 +28,17 @@ int modbus_rtu_time_init(struct modbus_rtu_time *time,
 
     if (line->baud < MODBUS_RTU_BAUD_MIN || line->baud > MODBUS_RTU_BAUD_MAX ||
         line->parity > MODBUS_PARITY_NONE || line->stop_bits < 1 ||
-        line->stop_bits > 2 || line->gap_ns < 0 || line->gap_ns > NS_PER_S)
+        line->stop_bits > 2 || line->gap_ns < 0 || line->gap_ns > NS_PER_S ||
+        (modbus_rtu_data_bits(line) != 8 &&
+         (modbus_rtu_data_bits(line) != 7 || !line->is_ascii)))
         return MOTION_E_ARG;
     bit_ns_q12 = modbus_rtu_char_bits(line) * NS_PER_S * 4096; /* < 2^46 */
     time->char_ns_q12 = (bit_ns_q12 + line->baud - 1) / line->baud;
     time->gap_ns = line->gap_ns;
-    if (line->gap_ns == 0 && line->baud > FAST_BAUD)
+    time->is_ascii = line->is_ascii;
+    if (line->gap_ns == 0 && line->is_ascii)
+        time->gap_ns = modbus_rtu_chars_ns(time, 1);
+    else if (line->gap_ns == 0 && line->baud > FAST_BAUD)
         time->gap_ns = FAST_GAP_NS;
     else if (line->gap_ns == 0)
         time->gap_ns = (7 * time->char_ns_q12 + 8191) >> 13;
@@ -37,6 +50,12 @@ int64_t modbus_rtu_chars_ns(const struct modbus_rtu_time *time, unsigned n)
     return (n * time->char_ns_q12 + 4095) >> 12;
 }
 
+unsigned modbus_rtu_frame_chars(const struct modbus_rtu_time *time,
+                                unsigned pdu_length)
+{
+    return time->is_ascii ? 2 * (pdu_length + 2) + 3 : pdu_length + AROUND;
+}
+
 int64_t modbus_rtu_transaction_ns(const struct modbus_rtu_time *time,
                                   const struct hal_modbus_request *request)
 {
@@ -46,13 +65,15 @@ int64_t modbus_rtu_transaction_ns(const struct modbus_rtu_time *time,
 
     if (length < 0)
         return 0;
-    dur_ns =
-        modbus_rtu_chars_ns(time, (unsigned)length + AROUND) + time->gap_ns;
+    dur_ns = modbus_rtu_chars_ns(
+                 time, modbus_rtu_frame_chars(time, (unsigned)length)) +
+             time->gap_ns;
     if (request->unit == HAL_MODBUS_BROADCAST)
         return dur_ns;
     return dur_ns + time->gap_ns +
-           modbus_rtu_chars_ns(time,
-                               modbus_pdu_answer_length(request) + AROUND);
+           modbus_rtu_chars_ns(
+               time,
+               modbus_rtu_frame_chars(time, modbus_pdu_answer_length(request)));
 }
 
 static uint16_t modbus_rtu_crc(const uint8_t *bytes, unsigned length)

@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "hal/modbus/serial.h"
 #include "hal/support/container_of.h"
 
 static struct modbus_rtu_slave *
@@ -23,11 +24,32 @@ static void modbus_rtu_slave_recv(struct modbus_station *station,
         modbus_receiver_take(&self->receiver, bytes, length, now_ns);
 }
 
+/* Of RTU silence says it; of ASCII its end, or too many bytes without one. */
+static bool modbus_rtu_slave_is_whole(const struct modbus_rtu_slave *self)
+{
+    const struct modbus_receiver *receiver = &self->receiver;
+
+    return receiver->length > 0 &&
+           (!self->time.is_ascii || receiver->length > MODBUS_FRAME_MAX ||
+            receiver->byte[receiver->length - 1] == '\n');
+}
+
+/* Where the last frame begins of those that stand there. */
+static unsigned modbus_rtu_slave_at(const struct modbus_rtu_slave *self,
+                                    unsigned length)
+{
+    unsigned at = self->time.is_ascii ? length : 0;
+
+    while (at > 0 && self->receiver.byte[at - 1] != ':')
+        at--;
+    return at > 0 ? at - 1 : 0;
+}
+
 static int64_t modbus_rtu_slave_due_ns(const struct modbus_station *station)
 {
     const struct modbus_rtu_slave *self = modbus_rtu_slave_of(station);
 
-    if (self->receiver.length > 0)
+    if (modbus_rtu_slave_is_whole(self))
         return self->receiver.last_ns + self->time.gap_ns;
     return self->answer_length > 0 ? self->answer_ns : MODBUS_STATION_NEVER;
 }
@@ -35,35 +57,42 @@ static int64_t modbus_rtu_slave_due_ns(const struct modbus_station *station)
 static void modbus_rtu_slave_serve(struct modbus_rtu_slave *self,
                                    int64_t now_ns)
 {
-    const uint8_t *frame = self->receiver.byte;
-    const unsigned length = self->receiver.length;
+    const bool is_ascii = self->time.is_ascii;
+    const unsigned heard = self->receiver.length;
+    const unsigned at =
+        heard > MODBUS_FRAME_MAX ? heard : modbus_rtu_slave_at(self, heard);
+    uint8_t request[MODBUS_RTU_FRAME_MAX];
+    const unsigned length = modbus_serial_open(
+        is_ascii, self->receiver.byte + at, heard - at, request);
     unsigned answered;
 
     self->receiver.length = 0;
-    if (!modbus_rtu_is_sealed(frame, length) ||
-        (frame[0] != self->unit && frame[0] != HAL_MODBUS_BROADCAST)) {
+    if (length == 0 ||
+        (request[0] != self->unit && request[0] != HAL_MODBUS_BROADCAST)) {
         self->ignored++;
         return;
     }
     self->served++;
-    answered = modbus_slave_serve(self->slave, frame + 1, length - 3,
+    answered = modbus_slave_serve(self->slave, request + 1, length - 1,
                                   self->answer + 1);
-    if (frame[0] == HAL_MODBUS_BROADCAST)
+    if (request[0] == HAL_MODBUS_BROADCAST)
         return;
-    self->answer_length = modbus_rtu_seal(self->answer, self->unit, answered);
+    self->answer_length =
+        modbus_serial_seal(is_ascii, self->answer, self->unit, answered);
     self->answer_ns = now_ns + self->turnaround_ns;
 }
 
 static unsigned modbus_rtu_slave_poll(struct modbus_station *station,
                                       int64_t now_ns,
-                                      uint8_t frame[MODBUS_RTU_FRAME_MAX])
+                                      uint8_t frame[MODBUS_FRAME_MAX])
 {
     struct modbus_rtu_slave *self = modbus_rtu_slave_of(station);
     unsigned length;
 
-    if (self->receiver.length > 0 && now_ns >= modbus_rtu_slave_due_ns(station))
+    if (modbus_rtu_slave_is_whole(self) &&
+        now_ns >= modbus_rtu_slave_due_ns(station))
         modbus_rtu_slave_serve(self, now_ns);
-    if (self->receiver.length > 0 || self->answer_length == 0 ||
+    if (modbus_rtu_slave_is_whole(self) || self->answer_length == 0 ||
         now_ns < self->answer_ns)
         return 0;
     length = self->answer_length;

@@ -16,7 +16,7 @@ struct modbus_rtu_slave {
     uint8_t unit;
     int64_t turnaround_ns;
     struct modbus_receiver receiver;
-    uint8_t answer[MODBUS_RTU_FRAME_MAX];
+    uint8_t answer[MODBUS_FRAME_MAX];
     unsigned answer_length; /* waits for its time; 0: none */
     int64_t answer_ns;
     bool sending;

@@ -22,7 +22,7 @@ struct modbus_station_ops {
     int64_t (*due_ns)(const struct modbus_station *station);
     /* Bytes to send from now on, 0: none. */
     unsigned (*poll)(struct modbus_station *station, int64_t now_ns,
-                     uint8_t frame[MODBUS_RTU_FRAME_MAX]);
+                     uint8_t frame[MODBUS_FRAME_MAX]);
     /* Their last bit has gone out. */
     void (*sent)(struct modbus_station *station, int64_t now_ns);
 };
@@ -33,8 +33,8 @@ struct modbus_station {
 
 /* What came since the line was silent last. */
 struct modbus_receiver {
-    uint8_t byte[MODBUS_RTU_FRAME_MAX];
-    unsigned length;  /* above MODBUS_RTU_FRAME_MAX: more than a frame */
+    uint8_t byte[MODBUS_FRAME_MAX];
+    unsigned length;  /* above MODBUS_FRAME_MAX: more than a frame */
     int64_t begin_ns; /* when the first piece was complete */
     int64_t last_ns;  /* end of the last character */
 };
@@ -47,9 +47,9 @@ static inline void modbus_receiver_take(struct modbus_receiver *receiver,
         receiver->begin_ns = now_ns;
     receiver->last_ns = now_ns;
     for (unsigned i = 0; i < length; i++) {
-        if (receiver->length < MODBUS_RTU_FRAME_MAX)
+        if (receiver->length < MODBUS_FRAME_MAX)
             receiver->byte[receiver->length] = bytes[i];
-        if (receiver->length <= MODBUS_RTU_FRAME_MAX)
+        if (receiver->length <= MODBUS_FRAME_MAX)
             receiver->length++;
     }
 }

@@ -22,7 +22,7 @@ struct sim_modbus_seat {
     struct sim_modbus_line *line;
     struct sim_modbus_seat *next; /* on the line, in the order of adding */
     struct modbus_station *station;
-    uint8_t frame[MODBUS_RTU_FRAME_MAX];
+    uint8_t frame[MODBUS_FRAME_MAX];
     unsigned length; /* being sent; 0: nothing */
     int64_t begin_ns, end_ns;
     bool garbled;
@@ -68,7 +68,7 @@ void sim_modbus_faulty_init(struct sim_modbus_faulty *self,
                             struct modbus_station *behind, uint64_t seed);
 /* Spoil a frame as `fault` says, not LATE or MUTE.  Bytes that are left. */
 unsigned sim_modbus_spoil(enum sim_modbus_fault fault, uint64_t *seed,
-                          uint8_t frame[MODBUS_RTU_FRAME_MAX], unsigned length);
+                          uint8_t frame[MODBUS_FRAME_MAX], unsigned length);
 
 /* Somebody else on the line, who does not listen: frames from begin to end. */
 struct sim_modbus_intruder {

@@ -27,7 +27,7 @@ enum sim_modbus_fault {
     SIM_MODBUS_FAULTS,  /* how many */
 };
 
-#define SIM_MODBUS_DIRECTION_FRAME 260 /* of RTU or TCP */
+#define SIM_MODBUS_DIRECTION_FRAME 513 /* of RTU, ASCII or TCP */
 #define SIM_MODBUS_DIRECTION_HELD  8   /* late frames; one more is lost */
 
 struct sim_modbus_held {

@@ -2,6 +2,7 @@
  * modbus.h. */
 #include <string.h>
 
+#include "hal/modbus/serial.h"
 #include "sim/bus/modbus.h"
 #include "sim/util.h"
 
@@ -42,38 +43,65 @@ static unsigned sim_modbus_noise(uint64_t *seed, uint8_t *frame)
 
 static unsigned sim_modbus_twice(uint8_t *frame, unsigned length)
 {
-    const unsigned again = 2 * length <= MODBUS_RTU_FRAME_MAX
-                               ? length
-                               : MODBUS_RTU_FRAME_MAX - length;
+    const unsigned again =
+        2 * length <= MODBUS_FRAME_MAX ? length : MODBUS_FRAME_MAX - length;
 
     memmove(frame + length, frame, again);
     return length + again;
 }
 
-static unsigned sim_modbus_except(uint8_t *frame, uint8_t exception)
+/* It begins and ends like one, and has no CRC. */
+static bool sim_modbus_is_ascii(const uint8_t *frame, unsigned length)
 {
-    return modbus_rtu_seal(
-        frame, frame[0],
-        modbus_pdu_put_exception(frame[1], exception, frame + 1));
+    return length > 9 && frame[0] == ':' && frame[length - 1] == '\n' &&
+           !modbus_rtu_is_sealed(frame, length);
+}
+
+/* Of a sound frame, with another unit or an exception in place of its PDU. */
+static unsigned sim_modbus_rewrite(uint8_t *frame, unsigned length,
+                                   uint8_t exception)
+{
+    const bool is_ascii = sim_modbus_is_ascii(frame, length);
+    uint8_t bytes[MODBUS_RTU_FRAME_MAX];
+    const unsigned count = modbus_serial_open(is_ascii, frame, length, bytes);
+    unsigned pdu = count > 1 ? count - 1 : 0;
+
+    if (pdu == 0)
+        return length;
+    if (exception != 0)
+        pdu = modbus_pdu_put_exception(bytes[1], exception, bytes + 1);
+    memcpy(frame + 1, bytes + 1, pdu);
+    return modbus_serial_seal(
+        is_ascii, frame,
+        exception != 0 ? bytes[0] : (uint8_t)(bytes[0] % 247 + 1), pdu);
+}
+
+/* In a digit of the check. */
+static unsigned sim_modbus_wrong_check(uint8_t *frame, unsigned length)
+{
+    if (sim_modbus_is_ascii(frame, length))
+        frame[length - 3] = frame[length - 3] == '0' ? '1' : '0';
+    else
+        frame[length - 1] ^= 0x01;
+    return length;
 }
 
 unsigned sim_modbus_spoil(enum sim_modbus_fault fault, uint64_t *seed,
-                          uint8_t frame[MODBUS_RTU_FRAME_MAX], unsigned length)
+                          uint8_t frame[MODBUS_FRAME_MAX], unsigned length)
 {
     if (length < 4)
         return length;
     switch (fault) {
     case SIM_MODBUS_EXCEPTION:
-        return sim_modbus_except(frame, DEVICE_BUSY);
+        return sim_modbus_rewrite(frame, length, DEVICE_BUSY);
     case SIM_MODBUS_GATEWAY:
-        return sim_modbus_except(
-            frame, (uint8_t)(GATEWAY_PATH + sim_modbus_random(seed) % 2));
+        return sim_modbus_rewrite(
+            frame, length,
+            (uint8_t)(GATEWAY_PATH + sim_modbus_random(seed) % 2));
     case SIM_MODBUS_WRONG_CRC:
-        frame[length - 1] ^= 0x01;
-        return length;
+        return sim_modbus_wrong_check(frame, length);
     case SIM_MODBUS_OTHER_UNIT:
-        return modbus_rtu_seal(frame, (uint8_t)(frame[0] % 247 + 1),
-                               length - 3);
+        return sim_modbus_rewrite(frame, length, 0);
     case SIM_MODBUS_HALF:
         return 1 + sim_modbus_random(seed) % (length - 1);
     case SIM_MODBUS_TWICE:
@@ -126,7 +154,7 @@ static void sim_modbus_faulty_recv(struct modbus_station *station,
     struct sim_modbus_faulty *self = sim_modbus_faulty_of(station);
     struct sim_modbus_held frame = { .length = length };
 
-    if (length > MODBUS_RTU_FRAME_MAX) { /* more than a frame: as it is */
+    if (length > MODBUS_FRAME_MAX) { /* more than a frame: as it is */
         self->behind->ops->recv(self->behind, bytes, length, now_ns);
         return;
     }
@@ -148,7 +176,7 @@ static int64_t sim_modbus_faulty_due_ns(const struct modbus_station *station)
 
 static unsigned sim_modbus_faulty_poll(struct modbus_station *station,
                                        int64_t now_ns,
-                                       uint8_t bytes[MODBUS_RTU_FRAME_MAX])
+                                       uint8_t bytes[MODBUS_FRAME_MAX])
 {
     struct sim_modbus_faulty *self = sim_modbus_faulty_of(station);
     struct sim_modbus_held frame = { .length = 0 };

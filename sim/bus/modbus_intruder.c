@@ -31,7 +31,7 @@ static int64_t intruder_due_ns(const struct modbus_station *station)
 
 /* "Give me two registers from 0 on", or bytes without sense. */
 static unsigned intruder_poll(struct modbus_station *station, int64_t now_ns,
-                              uint8_t frame[MODBUS_RTU_FRAME_MAX])
+                              uint8_t frame[MODBUS_FRAME_MAX])
 {
     static const uint8_t ask[] = { 0x03, 0, 0, 0, 2 };
     struct sim_modbus_intruder *self = intruder_of(station);

@@ -1,6 +1,6 @@
 /* tests/conform/test_conform_modbus.c - every implementation of hal/modbus.h:
- * the byte master on the simulated line, libmodbus over a pseudo-terminal,
- * libmodbus over TCP.  Reads the real clock. */
+ * the byte master on the simulated line, libmodbus over a pseudo-terminal, each in
+ * RTU and ASCII, libmodbus over TCP.  Reads the real clock. */
 #include "firmware/linux/machine/modbus_host.h"
 #include "hal/linux/clock.h"
 #include "hal/linux/libmodbus.h"
@@ -16,9 +16,16 @@
 #define TIMEOUT_NS (2000 * MS)
 #define DRAIN_NS   (200 * MS)
 
-static const struct modbus_rtu_line line = { .baud = 115200,
-                                             .parity = MODBUS_PARITY_EVEN,
-                                             .stop_bits = 1 };
+static const struct modbus_rtu_line rtu = { .baud = 115200,
+                                            .parity = MODBUS_PARITY_EVEN,
+                                            .stop_bits = 1 };
+
+static const struct modbus_rtu_line ascii = { .baud = 115200,
+                                              .parity = MODBUS_PARITY_EVEN,
+                                              .stop_bits = 1,
+                                              .is_ascii = true };
+
+static struct modbus_rtu_line line; /* one of them */
 
 /* Everything any of them needs; one at a time. */
 static struct rig {
@@ -56,11 +63,11 @@ static void pass_virtual(struct conform_modbus *conform)
     sim_world_run(&rig.world, rig.world.now_ns + MS);
 }
 
-static int sim_begin(void **state)
+static int sim_on(const struct modbus_rtu_line *framing)
 {
-    const struct modbus_master_config config = { .line = line };
+    const struct modbus_master_config config = { .line = *framing };
 
-    (void)state;
+    line = *framing;
     rig_begin(1000 * MS);
     assert_int_equal(modbus_master_init(&rig.master, &config), 0);
     assert_int_equal(
@@ -69,6 +76,18 @@ static int sim_begin(void **state)
     rig.conform.broadcasts = true;
     rig.conform.pass = pass_virtual;
     return 0;
+}
+
+static int sim_begin(void **state)
+{
+    (void)state;
+    return sim_on(&rtu);
+}
+
+static int sim_ascii_begin(void **state)
+{
+    (void)state;
+    return sim_on(&ascii);
 }
 
 /* ---- libmodbus ---- */
@@ -100,19 +119,31 @@ static void host_begin(void)
     modbus_host_init(&rig.host, &rig.world);
 }
 
-static int pty_begin(void **state)
+static int pty_on(const struct modbus_rtu_line *framing)
 {
-    struct modbus_line_config config = { .line = line,
+    struct modbus_line_config config = { .line = *framing,
                                          .timeout_ns = TIMEOUT_NS,
                                          .drain_ns = DRAIN_NS };
 
-    (void)state;
+    line = *framing;
     host_begin();
     assert_int_equal(modbus_host_pty(&rig.host, &rig.wire), 0);
     memcpy(config.device, rig.host.path, sizeof rig.host.path);
     rig.conform.broadcasts = true;
     libmodbus_begin(&config);
     return 0;
+}
+
+static int pty_begin(void **state)
+{
+    (void)state;
+    return pty_on(&rtu);
+}
+
+static int pty_ascii_begin(void **state)
+{
+    (void)state;
+    return pty_on(&ascii);
 }
 
 static int tcp_begin(void **state)
@@ -123,6 +154,7 @@ static int tcp_begin(void **state)
                                          .drain_ns = DRAIN_NS };
 
     (void)state;
+    line = rtu;
     host_begin();
     assert_int_equal(modbus_host_tcp(&rig.host, loopback, 0), 0);
     rig.host.slave[CONFORM_UNIT] = &rig.bank.slave;
@@ -139,7 +171,7 @@ static int libmodbus_end(void **state)
     return 0;
 }
 
-/* ---- the claims, three times ---- */
+/* ---- the claims, once for each ---- */
 
 #define CLAIM(name)                                                            \
     static void test_##name(void **state)                                      \
@@ -152,6 +184,11 @@ CONFORM_MODBUS_LIST(CLAIM)
 #define ON_SIM(name) { "sim: " #name, test_##name, sim_begin, NULL, NULL },
 #define ON_PTY(name)                                                           \
     { "libmodbus, pty: " #name, test_##name, pty_begin, libmodbus_end, NULL },
+#define ON_SIM_ASCII(name)                                                     \
+    { "sim, ASCII: " #name, test_##name, sim_ascii_begin, NULL, NULL },
+#define ON_PTY_ASCII(name)                                                     \
+    { "libmodbus, pty, ASCII: " #name, test_##name, pty_ascii_begin,           \
+      libmodbus_end, NULL },
 #define ON_TCP(name)                                                           \
     { "libmodbus, TCP: " #name, test_##name, tcp_begin, libmodbus_end, NULL },
 
@@ -159,6 +196,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = { CONFORM_MODBUS_LIST(ON_SIM) /* */
                                         CONFORM_MODBUS_LIST(ON_PTY) /* */
-                                        CONFORM_MODBUS_LIST(ON_TCP) };
+                                        CONFORM_MODBUS_LIST(ON_SIM_ASCII)
+                                            CONFORM_MODBUS_LIST(ON_PTY_ASCII)
+                                                CONFORM_MODBUS_LIST(ON_TCP) };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -20,7 +20,7 @@ int rig_read_drive_kind(void *reader, const struct yaml_value *value, void *out)
 static const char *rig_bus_rates_text(const struct rig_bus *bus)
 {
     if (bus->kind != RIG_CAN)
-        return "";
+        return bus->modbus.line.is_ascii ? " with framing: ascii" : "";
     return bus->data_bit_rate > 0 ? " with FD frames" : " without FD frames";
 }
 

@@ -54,6 +54,31 @@ static int rig_read_stop_bits(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int rig_read_framing(void *reader, const struct yaml_value *value,
+                            void *out)
+{
+    static const char *const words[] = { "rtu", "ascii" };
+    unsigned index;
+
+    (void)reader;
+    if (yaml_value_choice(value, words, 2, &index) < 0)
+        return -1;
+    *(bool *)out = index == 1;
+    return 0;
+}
+
+static int rig_read_data_bits(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    int64_t number = 0;
+
+    (void)reader;
+    if (yaml_value_integer(value, 7, 8, &number) < 0)
+        return -1;
+    *(uint8_t *)out = (uint8_t)number;
+    return 0;
+}
+
 static int rig_read_gap(void *reader, const struct yaml_value *value, void *out)
 {
     return rig_read_time(reader, value, 10 * RIG_US, 100 * RIG_MS, RIG_US, out);
@@ -110,6 +135,10 @@ static const struct yaml_field rig_modbus_bus_fields[] = {
       MODBUS(line.parity) },
     { "stop_bits", YAML_OPTIONAL, "1 or 2", rig_read_stop_bits,
       MODBUS(line.stop_bits) },
+    { "framing", YAML_OPTIONAL, "rtu or ascii", rig_read_framing,
+      MODBUS(line.is_ascii) },
+    { "data_bits", YAML_OPTIONAL, "7 or 8", rig_read_data_bits,
+      MODBUS(line.data_bits) },
     { "gap", YAML_OPTIONAL,
       "the silence between frames, 10 us .. 100 ms in whole us", rig_read_gap,
       MODBUS(line.gap_ns) },
@@ -139,6 +168,14 @@ static int rig_judge_rtu(const struct yaml_value *value,
                                         "host nor port");
     if (modbus->device[0] == '\0' || modbus->line.baud == 0)
         return yaml_value_refuse(value, "lacks device or baud");
+    if (modbus->line.data_bits == 7 && !modbus->line.is_ascii)
+        return yaml_value_refuse(value, "has data_bits: 7, but framing: rtu "
+                                        "needs 8");
+    if (modbus->line.is_ascii &&
+        (modbus->rs485 == RS485_RTS_UP || modbus->rs485 == RS485_RTS_DOWN))
+        return yaml_value_refuse(value, "has framing: ascii, around which RTS "
+                                        "is not switched; rs485 is automatic "
+                                        "or kernel then");
     if (modbus->rts_delay_ns != 0 && modbus->rs485 == RS485_AUTOMATIC)
         return yaml_value_refuse(value, "has rts_delay, but the adapter "
                                         "switches the direction (rs485: "
@@ -154,10 +191,12 @@ static int rig_judge_tcp(const struct yaml_value *value, struct rig_bus *bus)
     struct modbus_line_config *modbus = &bus->modbus;
 
     if (modbus->device[0] != '\0' || modbus->line.baud != 0 ||
-        modbus->line.gap_ns != 0 || modbus->rs485 != RS485_AUTOMATIC ||
+        modbus->line.gap_ns != 0 || modbus->line.is_ascii ||
+        modbus->line.data_bits != 0 || modbus->rs485 != RS485_AUTOMATIC ||
         modbus->rts_delay_ns != 0 || modbus->echo)
-        return yaml_value_refuse(value, "is TCP, which has no device, baud, "
-                                        "gap, rs485, rts_delay or echo");
+        return yaml_value_refuse(value,
+                                 "is TCP, which has no device, baud, "
+                                 "framing, gap, rs485, rts_delay or echo");
     if (modbus->host[0] == '\0')
         return yaml_value_refuse(value, "lacks host");
     if (modbus->port == 0)

@@ -55,12 +55,11 @@ static int64_t modbus_host_bridge_due_ns(const struct modbus_station *station)
 
 static unsigned modbus_host_bridge_poll(struct modbus_station *station,
                                         int64_t now_ns,
-                                        uint8_t frame[MODBUS_RTU_FRAME_MAX])
+                                        uint8_t frame[MODBUS_FRAME_MAX])
 {
     struct modbus_host_bridge *bridge = modbus_host_bridge_of(station);
-    const unsigned length = bridge->length < MODBUS_RTU_FRAME_MAX
-                                ? bridge->length
-                                : MODBUS_RTU_FRAME_MAX;
+    const unsigned length =
+        bridge->length < MODBUS_FRAME_MAX ? bridge->length : MODBUS_FRAME_MAX;
 
     (void)now_ns;
     memcpy(frame, bridge->pending, length);

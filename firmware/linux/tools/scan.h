@@ -21,6 +21,7 @@
 
 #define SCAN_MAX      256
 #define SCAN_NOTES    8
+#define SCAN_LINE_MAX 24
 #define SCAN_TEXT_MAX 56
 #define SCAN_NOTE_MAX 256
 
@@ -32,7 +33,7 @@ struct scan_found {
     unsigned axis; /* of a node of several, from 1; 0: it has one */
     struct canopen_identity identity;
     char bus[PLAN_NAME_MAX];   /* as the user calls it */
-    char line[16];             /* Modbus RTU: "115200 8E1" */
+    char line[SCAN_LINE_MAX];  /* serial Modbus: "115200 8E1" */
     char name[SCAN_TEXT_MAX];  /* vendor and product, as it says them */
     char state[SCAN_TEXT_MAX]; /* "pre-operational, switch on disabled" */
     char fits[SCAN_TEXT_MAX];  /* which `drive:` of a rig: "kind: cia402" */

@@ -101,7 +101,7 @@ static void look_map(struct modbus_client *client, struct scan_found *found)
 
 /* ---- the line ---- */
 
-static void line_text(const struct bench *bench, char text[16])
+static void line_text(const struct bench *bench, char text[SCAN_LINE_MAX])
 {
     static const char parity[] = { [MODBUS_PARITY_EVEN] = 'E',
                                    [MODBUS_PARITY_ODD] = 'O',
@@ -110,8 +110,9 @@ static void line_text(const struct bench *bench, char text[16])
 
     text[0] = '\0';
     if (bench->rig.bus[0].kind == RIG_MODBUS_RTU)
-        snprintf(text, 16, "%u 8%c%u", line->baud, parity[line->parity],
-                 line->stop_bits);
+        snprintf(text, SCAN_LINE_MAX, "%u %u%c%u%s", line->baud,
+                 modbus_rtu_data_bits(line), parity[line->parity],
+                 line->stop_bits, line->is_ascii ? " ASCII" : "");
 }
 
 /* Any answer will do, and so will a refusal. */
@@ -148,7 +149,7 @@ static void unit_look(struct scan *scan, struct modbus_client *client,
 static void unit_garbled(struct scan *scan, const struct bench *bench,
                          unsigned unit)
 {
-    char line[16];
+    char line[SCAN_LINE_MAX];
 
     line_text(bench, line);
     scan_note(scan,
@@ -161,7 +162,7 @@ static void unit_garbled(struct scan *scan, const struct bench *bench,
 static void line_heard(struct scan *scan, struct bench *bench)
 {
     const struct rig_bus *bus = &bench->rig.bus[0];
-    char text[MODBUS_WORDS][MODBUS_WORDS_MAX], line[16];
+    char text[MODBUS_WORDS][MODBUS_WORDS_MAX], line[SCAN_LINE_MAX];
     struct hal_modbus_stats stats;
 
     hal_modbus_stats(bench->ports.modbus[0], &stats);

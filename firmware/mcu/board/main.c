@@ -35,7 +35,7 @@ static void main_serve(struct board_port *port, struct modbus_station *station,
                        bool *was_sending)
 {
     static uint8_t bytes[BOARD_BYTES];
-    static uint8_t frame[MODBUS_RTU_FRAME_MAX];
+    static uint8_t frame[MODBUS_FRAME_MAX];
     int64_t last_ns;
     unsigned length;
 

@@ -481,7 +481,7 @@ static void a_map_with_any_value_is_refused_or_harmless(void **state)
         if (is_set_up()) {
             driven++;
             for (unsigned t = 0; t < 8; t++) {
-                uint8_t frame[MODBUS_RTU_FRAME_MAX];
+                uint8_t frame[MODBUS_FRAME_MAX];
                 struct modbus_station *station = &servos.master.station;
                 board_ticks(&board, 100);
                 if (station->ops->poll(station, board.tick_ns, frame) > 0)

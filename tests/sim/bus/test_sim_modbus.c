@@ -276,7 +276,7 @@ static void no_corruption_is_taken_for_an_answer(void **state)
 static void no_corrupted_request_writes(void **state)
 {
     uint64_t seed = 99;
-    uint8_t frame[MODBUS_RTU_FRAME_MAX];
+    uint8_t frame[MODBUS_FRAME_MAX];
     struct modbus_station *slave;
     int64_t now_ns = 1000 * MS;
 

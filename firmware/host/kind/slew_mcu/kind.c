@@ -14,7 +14,7 @@
 
 static bool slew_mcu_is_for(const struct rig_bus *bus)
 {
-    return !rig_bus_is_can(bus);
+    return !rig_bus_is_can(bus) && !bus->modbus.line.is_ascii;
 }
 
 static int rig_read_board(void *reader, const struct yaml_value *value,

@@ -66,7 +66,7 @@ static int64_t board_sim_station_due_ns(const struct modbus_station *station)
 }
 
 static unsigned board_sim_poll(struct modbus_station *station, int64_t now_ns,
-                               uint8_t frame[MODBUS_RTU_FRAME_MAX])
+                               uint8_t frame[MODBUS_FRAME_MAX])
 {
     struct board_sim *self = board_sim_of_station(station);
     struct modbus_station *master = &self->servos.master.station;

@@ -174,6 +174,29 @@ static const struct {
     { "baud on TCP",
       "buses:\n  l: {kind: modbus-tcp, host: a, baud: 9600}\n" AXES,
       "which has no device" },
+    { "echo on TCP",
+      "buses:\n  l: {kind: modbus-tcp, host: a, echo: yes}\n" AXES,
+      "framing, gap, rs485, rts_delay or echo" },
+    { "framing on TCP",
+      "buses:\n  l: {kind: modbus-tcp, host: a, framing: ascii}\n" AXES,
+      "which has no device" },
+    { "a framing that is none",
+      "buses:\n  l: {kind: modbus-rtu, device: /dev/x, baud: 9600, framing: "
+      "asci}\n" AXES,
+      "unknown framing 'asci'" },
+    { "RTU with 7 bits",
+      "buses:\n  l: {kind: modbus-rtu, device: /dev/x, baud: 9600, data_bits: "
+      "7}\n" AXES,
+      "has data_bits: 7, but framing: rtu needs 8" },
+    { "ASCII by RTS",
+      "buses:\n  l: {kind: modbus-rtu, device: /dev/x, baud: 9600, framing: "
+      "ascii, rs485: rts-up}\n" AXES,
+      "around which RTS is not switched" },
+    { "a board on ASCII",
+      "buses:\n  l: {kind: modbus-rtu, device: /dev/x, baud: 9600, framing: "
+      "ascii}\n" AXES
+      "    drive: {kind: slew-mcu, bus: l, node: 1, axis: 0}\n",
+      "l is a modbus-rtu bus with framing: ascii, not one for" },
     { "kind", "buses:\n  l: {kind: modbus, host: a}\n" AXES,
       "unknown kind 'modbus'" },
     { "no such map",
