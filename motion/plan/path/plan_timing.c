@@ -8,16 +8,15 @@
 #include "motion/curve/bake.h"
 #include "motion/double/double_interval.h"
 #include "motion/double/double_math.h"
-#include "motion/plan/fit/fit.h"
 #include "motion/plan/plan_track.h"
 #include "motion/plan/topp/topp_chain.h"
 
-/* Knots nearer than this are one, as a set point sees a hundredth of it, or as much
- * nearer as rounding lets them: a quintic h long at p rounds 60 * 2^-59 p / h^3 of jerk,
- * which is to be a hundredth of its limit. */
-#define TIMING_LEAST    20e-6
-#define TIMING_SHORTEST 2e-6
-#define TIMING_ROUNDED  (100 * 60 * 0x1p-59)
+/* Knots are no nearer than rounding lets them: a quintic h long at p rounds
+ * 12 * 2^-59 p / h^2 of acceleration and 60 * 2^-59 p / h^3 of jerk, which is to be at
+ * most a thousandth of the limits.  Nor nearer than this. */
+#define TIMING_LEAST       2e-6
+#define TIMING_ROUNDED_ACC (1000 * 12 * 0x1p-59)
+#define TIMING_ROUNDED     (1000 * 60 * 0x1p-59)
 
 /* An axis whose jerk is not limited beside one whose is: its acceleration
  * within a microsecond, which no set point sees. */
@@ -75,19 +74,21 @@ static bool timing_limits(unsigned axes, const struct plan_limit limit[],
     return has_jerk;
 }
 
-static double timing_least(const struct plan_topp_path *path, bool has_jerk,
+static double timing_least(const struct plan_topp_path *path,
+                           const struct plan_topp_limit limit[],
                            const double jerk[])
 {
     const size_t size = path->degree + 1;
-    double least = TIMING_SHORTEST;
+    double least = TIMING_LEAST;
 
-    for (uint32_t i = 0; has_jerk && i < path->pieces; i++)
-        for (unsigned k = 0; k < path->axes; k++)
-            least = fmax(
-                least,
-                double_cbrt(TIMING_ROUNDED / jerk[k] *
-                            fabs(path->coef[(i * path->axes + k) * size])));
-    return fmin(least, TIMING_LEAST);
+    for (uint32_t i = 0; i < path->pieces; i++)
+        for (unsigned k = 0; k < path->axes; k++) {
+            const double p = fabs(path->coef[(i * path->axes + k) * size]);
+            least =
+                fmax(least, sqrt(TIMING_ROUNDED_ACC * p / limit[k].acc_max));
+            least = fmax(least, double_cbrt(TIMING_ROUNDED * p / jerk[k]));
+        }
+    return least;
 }
 
 /* One more knot, up to `end`, which is one in any case. */
@@ -167,7 +168,7 @@ int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
         return err;
     }
     timing->has_jerk = timing_limits(axes, limit, bound, jerk);
-    timing->least = timing_least(&timing->path, timing->has_jerk, jerk);
+    timing->least = timing_least(&timing->path, bound, jerk);
     const struct plan_topp_request request = {
         .path = timing->path,
         .limit = bound,
@@ -191,22 +192,24 @@ int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
     return err;
 }
 
-/* One more knot in the middle of each two: an eighth of what the quintics' jerk
- * misses. */
+/* One more knot in the middle of each two, an eighth of what the quintics' jerk misses,
+ * unless they are near already. */
 static int timing_refine(struct plan_timing *timing)
 {
     double *knot =
         plan_pool_take(&timing->pool, 2 * (size_t)timing->knots, sizeof *knot);
+    uint32_t knots = 1;
 
     if (knot == NULL)
         return MOTION_E_FULL;
-    for (size_t i = 0; i + 1 < timing->knots; i++) {
-        knot[2 * i] = timing->knot[i];
-        knot[2 * i + 1] = (timing->knot[i] + timing->knot[i + 1]) / 2;
+    for (uint32_t i = 0; i + 1 < timing->knots; i++) {
+        const double from = timing->knot[i], to = timing->knot[i + 1];
+        if (to - from >= 2 * timing->least)
+            knot[knots++] = (from + to) / 2;
+        knot[knots++] = to;
     }
-    timing->knots = 2 * timing->knots - 1;
-    knot[timing->knots - 1] = timing->knot[timing->knots / 2];
     timing->knot = knot;
+    timing->knots = knots;
     return MOTION_OK;
 }
 
@@ -510,14 +513,31 @@ static int timing_tracks(const struct plan_timing *timing, double stretch,
     return err;
 }
 
-/* The stretch that the tracks need; 1 or less: they are inside. */
+static double timing_ratio(const struct motion_track *track,
+                           enum motion_quantity quantity, int64_t limit)
+{
+    struct motion_extreme extreme;
+
+    motion_track_extreme(track, quantity, &extreme);
+    return fmax((double)extreme.max, -(double)extreme.min) / (double)limit;
+}
+
+/* The stretch that the tracks need; 1 or less: they are inside, with all that rounding
+ * has added. */
 static double timing_need(unsigned axes, const struct plan_limit limit[],
                           const struct motion_track track[])
 {
     double need = 0;
 
-    for (unsigned k = 0; k < axes; k++)
-        need = fmax(need, plan_fit_track_need(&track[k], &limit[k]).stretch);
+    for (unsigned k = 0; k < axes; k++) {
+        need =
+            fmax(need, timing_ratio(&track[k], MOTION_VEL, limit[k].vel_q32));
+        need = fmax(
+            need, sqrt(timing_ratio(&track[k], MOTION_ACC, limit[k].acc_q32)));
+        if (limit[k].jerk_q32 != 0)
+            need = fmax(need, double_cbrt(timing_ratio(&track[k], MOTION_JERK,
+                                                       limit[k].jerk_q32)));
+    }
     return need;
 }
 

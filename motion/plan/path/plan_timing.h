@@ -8,7 +8,7 @@
  * acceleration or jerk steps.
  *
  * The limits hold on the tracks, as check.h judges them: what the quintics are
- * over is measured on them by their own extremes (plan_fit_track_need), and the
+ * over is measured on them by their own extremes, with all that rounding added, and the
  * law is baked again stretched by as much, since time stretched by e divides
  * velocity by e, acceleration by e^2, jerk by e^3.
  *

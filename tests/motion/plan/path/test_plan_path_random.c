@@ -212,6 +212,24 @@ static int64_t off_q32(int64_t a, int64_t b)
     return a > b ? a - b : b - a;
 }
 
+/* Inside the limits with what rounding has added, as a plot shows it. */
+static void check_peaks(uint64_t seed, const struct plan_limit *limit,
+                        const struct motion_track *track)
+{
+    const int64_t most[] = { limit->vel_q32, limit->acc_q32, limit->jerk_q32 };
+
+    for (int i = 0; i < 3; i++) {
+        struct motion_extreme extreme;
+        motion_track_extreme(track, (enum motion_quantity)(MOTION_VEL + i),
+                             &extreme);
+        if (most[i] != 0 && (extreme.max > most[i] || extreme.min < -most[i]))
+            fail_msg("path %" PRIu64 ": derivative %d is %.9g of its limit",
+                     seed, i + 1,
+                     fmax((double)extreme.max, -(double)extreme.min) /
+                         (double)most[i]);
+    }
+}
+
 static void check_tracks(uint64_t seed, const struct drawn *drawn,
                          const struct motion_track track[])
 {
@@ -228,6 +246,8 @@ static void check_tracks(uint64_t seed, const struct drawn *drawn,
             off_q32(track[k].end.pos_q32, points->point[last].q32[k]) > within)
             fail_msg("path %" PRIu64 ": axis %u begins or ends elsewhere", seed,
                      k);
+        if (drawn->path.fastest != NULL)
+            check_peaks(seed, &drawn->fastest.limit[k], &track[k]);
         if (drawn->path.fastest != NULL &&
             plan_check_track(&track[k], &drawn->fastest.limit[k], &worst, 1))
             fail_msg("path %" PRIu64 ": axis %u breaks limit %d at %.6f s: "
@@ -349,10 +369,48 @@ static void fewer_limits_caps_and_stops_are_never_slower(void **state)
     }
 }
 
+/* To a point and back, far too short for any speed to be reached: four times as long as
+ * its acceleration takes for half of the distance, or its jerk for a quarter. */
+static void paths_of_every_size_take_their_least_time(void **state)
+{
+    (void)state;
+    for (int power = -3; power <= 2; power++)
+        for (int has_jerk = 0; has_jerk < 2; has_jerk++) {
+            const double d = pow(10, power), acc = 1000, jerk = 2000;
+            const double least =
+                has_jerk ? 2 * cbrt(32 * d / jerk) : 4 * sqrt(d / acc);
+            struct drawn drawn;
+            draw_path(1, &drawn);
+            drawn.path.points =
+                (struct plan_points){ .axes = 2,
+                                      .curve = PLAN_CURVE_LINEAR,
+                                      .point = drawn.point,
+                                      .count = 3 };
+            memset(drawn.point, 0, sizeof drawn.point);
+            drawn.point[1].q32[0] = q32(d);
+            drawn.point[1].q32[1] = -q32(d);
+            drawn.path.fastest = &drawn.fastest;
+            drawn.fastest.caps = 0;
+            for (int k = 0; k < 2; k++)
+                drawn.fastest.limit[k] =
+                    (struct plan_limit){ q32(-1e6),
+                                         q32(1e6),
+                                         q32(1e5),
+                                         has_jerk ? q32(1e5) : q32(acc),
+                                         has_jerk ? q32(jerk) : 0,
+                                         1000000 };
+            const double duration = plan(0, &drawn);
+            if (!(fabs(duration / least - 1) < 0.002))
+                fail_msg("%g there and back takes %.9f s, expected %.9f", d,
+                         duration, least);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(paths_are_planned_or_refused_with_their_reason),
+        cmocka_unit_test(paths_of_every_size_take_their_least_time),
         cmocka_unit_test(fewer_limits_caps_and_stops_are_never_slower),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
