@@ -134,7 +134,9 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_COUNTER, CONTROLLER_REACT_QUICK,                        \
       "a set point beyond the end of the drive's counter")                     \
     X(CONTROLLER_FAULT_RACKING, CONTROLLER_REACT_STOP,                         \
-      "the rails of the gantry rack its bridge")
+      "the rails of the gantry rack its bridge")                               \
+    X(CONTROLLER_FAULT_INPUT, CONTROLLER_REACT_STOP,                           \
+      "an input of an e-stop or a limit switch cannot be read")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,

@@ -511,6 +511,17 @@ static void machine_foreign_text(const struct machine *machine, unsigned bus,
              is_canopen ? "COB-ID" : "identifier", id, word);
 }
 
+/* The first line that cannot be read. */
+static void machine_input_text(const struct machine *machine,
+                               char text[MACHINE_TROUBLE_MAX])
+{
+    const struct rig *rig = machine->rig;
+    for (unsigned i = 0; i < rig->line_count && text[0] == '\0'; i++)
+        if (!rig_line_is_output(&rig->line[i]) && machine->input[i].level < 0)
+            snprintf(text, MACHINE_TROUBLE_MAX, "line %.40s, is its chip gone?",
+                     rig->line[i].name);
+}
+
 void machine_trouble_text(const struct machine *machine,
                           char text[MACHINE_TROUBLE_MAX])
 {
@@ -521,6 +532,10 @@ void machine_trouble_text(const struct machine *machine,
             : &controller->fault.bus;
     char foreign[MACHINE_TROUBLE_MAX] = "";
     text[0] = '\0';
+    if (controller->fault.fault == CONTROLLER_FAULT_INPUT) {
+        machine_input_text(machine, text);
+        return;
+    }
     if (worst->health == HAL_FIELDBUS_FOREIGN)
         machine_foreign_text(machine, worst->bus, foreign);
     if (worst->health != HAL_FIELDBUS_GOOD)
@@ -558,7 +573,7 @@ void machine_fault_text(const struct machine *machine,
     if (fault->fault == CONTROLLER_FAULT_NONE)
         return;
     machine_trouble_text(machine, trouble);
-    if (fault->axis >= 0)
+    if (fault->axis >= 0 && fault->fault != CONTROLLER_FAULT_INPUT)
         words = fault->reason;
     snprintf(
         text, MACHINE_FAULT_MAX, "%s: %s%s%s",

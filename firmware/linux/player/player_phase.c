@@ -349,7 +349,8 @@ static void player_note_fault(struct player *player)
         player->machine->monitor[controller->fault.axis] != NULL &&
         drive_monitor_is_latched(
             player->machine->monitor[controller->fault.axis]);
-    if (controller->fault.axis >= 0)
+    if (controller->fault.axis >= 0 &&
+        controller->fault.fault != CONTROLLER_FAULT_INPUT)
         snprintf(report->fault_text, sizeof report->fault_text, "%s",
                  player_fault_text(player));
     else

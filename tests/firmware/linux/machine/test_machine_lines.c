@@ -196,6 +196,44 @@ static void but_not_motion_away_from_it(void **state)
     expect_stop(CONTROLLER_FAULT_LIMIT_SWITCH, 0);
 }
 
+static int gone_get(struct hal_gpio *gpio)
+{
+    (void)gpio;
+    return MOTION_E_IO;
+}
+
+static int gone_event(struct hal_gpio *gpio, struct hal_gpio_event *event)
+{
+    (void)gpio;
+    (void)event;
+    return MOTION_E_IO;
+}
+
+/* An adapter that was pulled out: the stop is the same, and not the reason. */
+static void a_chip_that_is_gone_is_said(void **state)
+{
+    static const struct hal_gpio_ops gone_ops = { .get = gone_get,
+                                                  .event = gone_event };
+    static struct hal_gpio gone = { .ops = &gone_ops };
+    static const struct {
+        int line, axis;
+        unsigned ticks;
+    } rows[] = { { STOP, -1, 700 }, { HIGH, 0, 700 } };
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        char text[MACHINE_FAULT_MAX], want[64];
+        assert_int_equal(i == 0 ? 0 : begin(state), 0);
+        get_moving(rows[i].ticks);
+        machine.input[rows[i].line].line = &gone;
+        ticks(1);
+        expect_stop(CONTROLLER_FAULT_INPUT, rows[i].axis);
+        machine_fault_text(&machine, text);
+        snprintf(want, sizeof want, "line %s, is its chip gone?",
+                 job.rig.line[rows[i].line].name);
+        if (strstr(text, want) == NULL)
+            fail_msg("%s: %s", want, text);
+    }
+}
+
 #define RUN(test) cmocka_unit_test_setup(test, begin)
 
 int main(void)
@@ -204,6 +242,7 @@ int main(void)
         RUN(the_lamp_is_lit_while_there_is_torque),
         RUN(the_estop_stops_in_the_next_tick_and_latches),
         RUN(a_broken_wire_is_an_estop),
+        RUN(a_chip_that_is_gone_is_said),
         RUN(a_blip_between_two_ticks_is_an_estop),
         RUN(no_reset_before_the_estop_has_been_let_go),
         cmocka_unit_test_setup(either_of_two_channels_stops, begin_two),
