@@ -13,6 +13,10 @@
 
 #define MS INT64_C(1000000)
 
+/* From one transaction number to the next: odd, so that all have their turn, and
+ * far, so that one with a wrong bit is not the next one's. */
+#define TCP_STRIDE 0x9E37
+
 /* Adapters that gather bytes hand on the rest of an answer so much later. */
 #define GATHER_NS (30 * MS)
 
@@ -184,7 +188,7 @@ static void exchange_tcp(struct modbus_libmodbus *self,
 {
     const int64_t end_ns = modbus_libmodbus_now_ns() + self->config.timeout_ns;
 
-    self->transaction++;
+    self->transaction = (uint16_t)(self->transaction + TCP_STRIDE);
     reply->err = modbus_libmodbus_ready(self, request, end_ns);
     if (reply->err < 0)
         return;

@@ -29,8 +29,12 @@ bool hal_modbus_is_missing(const struct hal_modbus_reply *reply)
 
 const char *hal_modbus_reply_text(const struct hal_modbus_reply *reply)
 {
-    return reply->exception != 0 ? hal_modbus_exception_text(reply->exception)
-                                 : motion_err_text(reply->err);
+    if (reply->exception != 0)
+        return hal_modbus_exception_text(reply->exception);
+    if (reply->err == MOTION_E_PROTOCOL)
+        return "its answers are broken";
+    return reply->err == MOTION_E_IO ? HAL_MODBUS_BROKE
+                                     : motion_err_text(reply->err);
 }
 
 void hal_modbus_count(struct hal_modbus_stats *stats,

@@ -24,7 +24,8 @@ enum sim_modbus_fault {
     SIM_MODBUS_FLIP, /* a burst of wrong bits, 16 at most: a CRC-16 sees all of
                         them, of longer ones all but 1 in 65536 */
     SIM_MODBUS_GATEWAY, /* a gateway says that it has no path, or no answer */
-    SIM_MODBUS_FAULTS,  /* how many */
+    SIM_MODBUS_STRAYS, /* up to 3 bytes in front of the frame, up to 5 behind */
+    SIM_MODBUS_FAULTS, /* how many */
 };
 
 #define SIM_MODBUS_DIRECTION_FRAME 513 /* of RTU, ASCII or TCP */

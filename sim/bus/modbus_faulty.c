@@ -86,6 +86,22 @@ static unsigned sim_modbus_wrong_check(uint8_t *frame, unsigned length)
     return length;
 }
 
+static unsigned sim_modbus_strays(uint64_t *seed, uint8_t *frame,
+                                  unsigned length)
+{
+    const unsigned before = sim_modbus_random(seed) % 4;
+    const unsigned behind = sim_modbus_random(seed) % 6;
+
+    if (before + length + behind > MODBUS_FRAME_MAX)
+        return length;
+    memmove(frame + before, frame, length);
+    for (unsigned i = 0; i < before; i++)
+        frame[i] = (uint8_t)sim_modbus_random(seed);
+    for (unsigned i = 0; i < behind; i++)
+        frame[before + length + i] = (uint8_t)sim_modbus_random(seed);
+    return before + length + behind;
+}
+
 unsigned sim_modbus_spoil(enum sim_modbus_fault fault, uint64_t *seed,
                           uint8_t frame[MODBUS_FRAME_MAX], unsigned length)
 {
@@ -108,6 +124,8 @@ unsigned sim_modbus_spoil(enum sim_modbus_fault fault, uint64_t *seed,
         return sim_modbus_twice(frame, length);
     case SIM_MODBUS_NOISE:
         return sim_modbus_noise(seed, frame);
+    case SIM_MODBUS_STRAYS:
+        return sim_modbus_strays(seed, frame, length);
     case SIM_MODBUS_FLIP:
         return sim_modbus_flip(seed, frame, length);
     default:

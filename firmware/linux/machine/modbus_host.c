@@ -140,7 +140,7 @@ static unsigned modbus_host_answer(struct modbus_host *host,
 }
 
 /* TCP has a checksum of its own: what a gateway spoils is its head. */
-static void modbus_host_spoil(enum sim_modbus_fault fault,
+static void modbus_host_spoil(enum sim_modbus_fault fault, uint64_t *seed,
                               struct sim_modbus_held *held)
 {
     uint8_t *frame = held->frame;
@@ -153,6 +153,8 @@ static void modbus_host_spoil(enum sim_modbus_fault fault,
             frame, modbus_pdu_get(frame), unit,
             modbus_pdu_put_exception(frame[MODBUS_TCP_HEAD], GATEWAY_NO_ANSWER,
                                      frame + MODBUS_TCP_HEAD));
+    else if (fault == SIM_MODBUS_STRAYS)
+        held->length = sim_modbus_spoil(fault, seed, frame, held->length);
     else if (fault != SIM_MODBUS_GOOD && fault != SIM_MODBUS_LATE &&
              fault != SIM_MODBUS_MUTE)
         frame[0] ^= 0xA5;
@@ -166,7 +168,7 @@ static bool modbus_host_pass(struct sim_modbus_faulty *faulty,
     const enum sim_modbus_fault fault =
         sim_modbus_direction_draw(direction, &faulty->seed);
 
-    modbus_host_spoil(fault, frame);
+    modbus_host_spoil(fault, &faulty->seed, frame);
     return sim_modbus_direction_pass(direction, fault, &faulty->seed, frame,
                                      modbus_host_now_ns(), 0);
 }

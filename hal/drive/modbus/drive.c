@@ -17,8 +17,6 @@
 
 #define OFF_PAUSE_NS INT64_C(200000000) /* after a failure while LOST */
 
-#define BROKE "the connection broke"
-
 /* A cookie is a job, and above it the serial of a sequence's step. */
 #define JOB_MASK    0xFFu
 #define STEP_SERIAL 8
@@ -325,18 +323,6 @@ static void take_refusal(struct drive_modbus *self, uint16_t job,
     drive_modbus_latch(self);
 }
 
-static const char *failure_text(const struct hal_modbus_reply *reply)
-{
-    switch (reply->err) {
-    case MOTION_E_PROTOCOL:
-        return "its answers are broken";
-    case MOTION_E_IO:
-        return BROKE;
-    default:
-        return hal_modbus_reply_text(reply);
-    }
-}
-
 static void take_failure(struct drive_modbus *self,
                          const struct hal_modbus_reply *reply)
 {
@@ -357,7 +343,7 @@ static void take_failure(struct drive_modbus *self,
         return;
     }
     if (self->phase != DRIVE_MODBUS_LATCHED)
-        drive_modbus_say(self, failure_text(reply));
+        drive_modbus_say(self, hal_modbus_reply_text(reply));
     drive_modbus_lose(self, HAL_DRIVE_OFFLINE);
 }
 
@@ -370,7 +356,7 @@ static void drive_modbus_down(struct modbus_node *node)
     if (self->phase == DRIVE_MODBUS_START || self->phase == DRIVE_MODBUS_LOST)
         return;
     if (self->phase != DRIVE_MODBUS_LATCHED)
-        drive_modbus_say(self, BROKE);
+        drive_modbus_say(self, HAL_MODBUS_BROKE);
     drive_modbus_lose(self, HAL_DRIVE_OFFLINE);
 }
 

@@ -106,7 +106,7 @@ void drive_modbus_run_reply(struct drive_modbus *self,
         run_differs(self, reply);
     } else if (!drive_modbus_is_passing(reply) ||
                ++self->run.tries == DRIVE_MODBUS_STEP_TRIES) {
-        text = drive_modbus_say(self, "a register was not written: ");
+        text = drive_modbus_say(self, "not written: ");
         hal_text_put(&text, hal_modbus_reply_text(reply));
         drive_modbus_latch(self);
     }

@@ -58,12 +58,21 @@ bool drive_modbus_is_down(const struct drive_modbus *self)
            self->phase == DRIVE_MODBUS_LOST;
 }
 
+/* It has no torque by us: we never had it moving, or it was off and has said so. */
+static bool walk_is_idle(const struct drive_modbus *self)
+{
+    if (self->phase == DRIVE_MODBUS_RUN)
+        return self->state == HAL_DRIVE_OFF &&
+               !drive_modbus_has_torque(self, false);
+    return self->phase == DRIVE_MODBUS_START &&
+           self->off == DRIVE_MODBUS_OFF_DONE && !drive_modbus_needs_stop(self);
+}
+
+/* Of one that is idle `stop` might be what gives it torque. */
 static void walk_down(struct drive_modbus *self, enum drive_modbus_phase phase,
                       enum hal_drive_state state)
 {
-    const bool idle = self->phase == DRIVE_MODBUS_START &&
-                      self->off == DRIVE_MODBUS_OFF_DONE &&
-                      !drive_modbus_needs_stop(self);
+    const bool idle = walk_is_idle(self);
 
     self->phase = phase;
     self->state = state;
@@ -71,7 +80,7 @@ static void walk_down(struct drive_modbus *self, enum drive_modbus_phase phase,
     self->reset_requested = false;
     drive_modbus_go_drop(self);
     drive_modbus_off_begin(self);
-    if (idle) /* we never had it moving */
+    if (idle)
         drive_modbus_off_disable(self);
 }
 

@@ -191,6 +191,7 @@ static void every_fault_is_told_and_recovered_from(void **state)
         { SIM_MODBUS_NOISE, MOTION_E_PROTOCOL },
         { SIM_MODBUS_FLIP, MOTION_E_PROTOCOL },
         { SIM_MODBUS_GATEWAY, MOTION_E_REFUSED },
+        { SIM_MODBUS_STRAYS, MOTION_OK },
     };
 
     (void)state;
@@ -268,7 +269,8 @@ static void no_corruption_is_taken_for_an_answer(void **state)
     printf("%d corruptions: %u broken, %u exceptions, %u time-outs, %u right "
            "(late within the time-out)\n",
            CORRUPTIONS, broken, refused, late, good);
-    assert_true(broken > CORRUPTIONS / 2 && refused > CORRUPTIONS / 20);
+    /* 5 of the 11 kinds, 2 more */
+    assert_true(broken > CORRUPTIONS * 2 / 5 && refused > CORRUPTIONS / 20);
     expect_recovered(1);
 }
 

@@ -30,6 +30,7 @@ enum corrupt {
     CORRUPT_TRANSACTION,
     CORRUPT_CLOSE, /* once; it listens on */
     CORRUPT_AWAY,  /* every one, until it is told otherwise */
+    CORRUPT_ANY,   /* by the line's shares */
 };
 
 struct line {
@@ -41,6 +42,11 @@ struct line {
     _Atomic int corrupt;
     _Atomic bool stop;
     bool is_tcp, streamed, broke;
+    /* Of answers, in 1000: late, behind stray bytes, of another transaction; of
+     * connections, which are taken again up to two time-outs later */
+    unsigned late, strays, others, closes;
+    uint64_t seed;
+    int64_t busy_ns; /* it takes none until then */
 };
 
 static struct line line[LINES];
@@ -69,6 +75,37 @@ static void device_close(struct line *self)
     self->fd = -1;
 }
 
+static bool device_draws(struct line *self, unsigned share)
+{
+    return (unsigned)check_random_in(&self->seed, 0, 999) < share;
+}
+
+/* Few connections: it takes the next one only when it has seen that the last is
+ * gone. */
+static void device_drop(struct line *self)
+{
+    device_close(self);
+    self->busy_ns =
+        clock_ns() + check_random_in(&self->seed, 0, 2 * TIMEOUT_NS);
+}
+
+static void device_trouble(struct line *self, uint8_t *frame)
+{
+    uint8_t strays[3];
+
+    if (device_draws(self, self->late))
+        rest_ns(check_random_in(&self->seed, 0, 3 * TIMEOUT_NS / 2));
+    for (unsigned i = 0; i < sizeof strays; i++)
+        strays[i] = (uint8_t)check_random(&self->seed);
+    if (device_draws(self, self->strays))
+        (void)send(self->fd, strays, 1 + strays[0] % sizeof strays,
+                   MSG_NOSIGNAL);
+    if (device_draws(self, self->others))
+        modbus_pdu_set(frame, (uint16_t)(modbus_pdu_get(frame) + 1));
+    if (device_draws(self, self->closes))
+        device_drop(self);
+}
+
 static void device_send(struct line *self, uint8_t *frame, unsigned length)
 {
     switch ((enum corrupt)atomic_load(&self->corrupt)) {
@@ -83,6 +120,9 @@ static void device_send(struct line *self, uint8_t *frame, unsigned length)
     case CORRUPT_TRANSACTION:
         modbus_pdu_set(frame, (uint16_t)(modbus_pdu_get(frame) + 1));
         break;
+    case CORRUPT_ANY:
+        device_trouble(self, frame);
+        break;
     case CORRUPT_NONE:
     case CORRUPT_CLOSE:
     case CORRUPT_AWAY:
@@ -94,9 +134,14 @@ static void device_send(struct line *self, uint8_t *frame, unsigned length)
 static void device_serve(struct line *self)
 {
     uint8_t request[MODBUS_TCP_FRAME_MAX], frame[MODBUS_TCP_FRAME_MAX];
-    const ssize_t got = recv(self->fd, request, sizeof request, 0);
+    ssize_t got = recv(self->fd, request, MODBUS_TCP_HEAD, MSG_WAITALL);
     unsigned length;
 
+    if (got == MODBUS_TCP_HEAD)
+        got +=
+            recv(self->fd, request + MODBUS_TCP_HEAD,
+                 modbus_tcp_whole(request, MODBUS_TCP_HEAD) - MODBUS_TCP_HEAD,
+                 MSG_WAITALL);
     if (got < MODBUS_TCP_HEAD + 1) {
         device_close(self);
         return;
@@ -111,8 +156,14 @@ static void device_serve(struct line *self)
 
 static void device_accept(struct line *self)
 {
+    const int fd = accept(self->listener, NULL, NULL);
+
+    if (clock_ns() < self->busy_ns) {
+        (void)close(fd);
+        return;
+    }
     device_close(self);
-    self->fd = accept(self->listener, NULL, NULL);
+    self->fd = fd;
 }
 
 static void *device_run(void *context)
@@ -416,6 +467,93 @@ static void a_connection_that_broke_is_the_bus_gone(void **state)
     }
 }
 
+/* ---- all of it, at random ---- */
+
+#define RUNS 2 /* of four lines; N= */
+
+static const char *random_text(const struct line *self)
+{
+    const char *text = self->bench.feedback.fault_text;
+    const char *const begins[] = { "lost, then switched off: ",
+                                   "not written: " };
+
+    for (unsigned i = 0; i < ARRAY_LEN(begins); i++)
+        if (strncmp(text, begins[i], strlen(begins[i])) == 0)
+            text += strlen(begins[i]);
+    return text;
+}
+
+static void expect_random(struct line *self, unsigned run)
+{
+    const struct strict_bench *bench = &self->bench;
+    const char *text = random_text(self);
+    const bool is_said = strcmp(text, "no answer in time") == 0 ||
+                         strcmp(text, "the connection broke") == 0 ||
+                         strcmp(text, "its answers are broken") == 0;
+
+    if (bench->servo.torque || bench->servo.cuts > 0 ||
+        (bench->feedback.state != HAL_DRIVE_OFF && !is_said))
+        fail_msg("run %u, %s, late %u, strays %u, others %u, closes %u: torque "
+                 "%d, %u cuts, %s: %s",
+                 run, bench->map.title, self->late, self->strays, self->others,
+                 self->closes, bench->servo.torque, bench->servo.cuts,
+                 hal_drive_state_text(bench->feedback.state),
+                 bench->feedback.fault_text);
+}
+
+static bool all_are_off(void)
+{
+    for (unsigned i = 0; i < LINES; i++)
+        if (line[i].bench.feedback.state != HAL_DRIVE_OFF &&
+            (!strict_bench_is_down(&line[i].bench) ||
+             line[i].bench.drive.off != DRIVE_MODBUS_OFF_DONE))
+            return false;
+    return true;
+}
+
+/* How many were done. */
+static unsigned random_run(unsigned run)
+{
+    unsigned done = 0;
+
+    move_all(true);
+    for (unsigned i = 0; i < LINES; i++) {
+        line[i].seed = 1 + draw();
+        line[i].late = draw_below(100);
+        line[i].strays = draw_below(100);
+        line[i].others = draw_below(100);
+        line[i].closes = draw_below(100);
+        corrupt(&line[i], CORRUPT_ANY);
+    }
+    pass(2500 * MS);
+    for (unsigned i = 0; i < LINES; i++) {
+        done += line[i].bench.feedback.state == HAL_DRIVE_ENABLED;
+        line[i].bench.streams = false;
+        hal_drive_request(&line[i].bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+    }
+    for (unsigned tries = 0; tries < 600 && !all_are_off(); tries++)
+        pass(100 * MS);
+    for (unsigned i = 0; i < LINES; i++)
+        close_line(&line[i]);
+    for (unsigned i = 0; i < LINES; i++)
+        expect_random(&line[i], run);
+    return done;
+}
+
+static void a_bad_connection_is_done_or_says_why(void **state)
+{
+    const char *given = getenv("N");
+    const unsigned runs =
+        given != NULL ? (unsigned)strtoul(given, NULL, 0) : RUNS;
+    unsigned done = 0;
+
+    (void)state;
+    seed_from("a_bad_connection_is_done_or_says_why");
+    for (unsigned i = 0; i < runs; i++)
+        done += random_run(i);
+    print_message("%u of %u were done\n", done, LINES * runs);
+}
+
 static void none_on_a_terminal_keeps_its_torque(void **state)
 {
     (void)state;
@@ -430,6 +568,7 @@ int main(void)
         cmocka_unit_test(none_on_tcp_keeps_its_torque),
         cmocka_unit_test(a_connection_that_is_had_again_goes_on),
         cmocka_unit_test(a_connection_that_broke_is_the_bus_gone),
+        cmocka_unit_test(a_bad_connection_is_done_or_says_why),
         cmocka_unit_test(none_on_a_terminal_keeps_its_torque),
     };
 

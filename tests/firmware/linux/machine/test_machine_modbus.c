@@ -194,8 +194,7 @@ static const struct {
       "around which RTS is not switched" },
     { "a board on ASCII",
       "buses:\n  l: {kind: modbus-rtu, device: /dev/x, baud: 9600, framing: "
-      "ascii}\n" AXES
-      "    drive: {kind: slew-mcu, bus: l, node: 1, axis: 0}\n",
+      "ascii}\n" AXES "    drive: {kind: slew-mcu, bus: l, node: 1, axis: 0}\n",
       "l is a modbus-rtu bus with framing: ascii, not one for" },
     { "kind", "buses:\n  l: {kind: modbus, host: a}\n" AXES,
       "unknown kind 'modbus'" },
