@@ -59,11 +59,13 @@ static void modbus_rtu_slave_serve(struct modbus_rtu_slave *self,
 {
     const bool is_ascii = self->time.is_ascii;
     const unsigned heard = self->receiver.length;
-    const unsigned at =
-        heard > MODBUS_FRAME_MAX ? heard : modbus_rtu_slave_at(self, heard);
+    const bool is_frame = heard <= MODBUS_FRAME_MAX;
+    const unsigned at = is_frame ? modbus_rtu_slave_at(self, heard) : 0;
     uint8_t request[MODBUS_RTU_FRAME_MAX];
-    const unsigned length = modbus_serial_open(
-        is_ascii, self->receiver.byte + at, heard - at, request);
+    const unsigned length =
+        is_frame ? modbus_serial_open(is_ascii, self->receiver.byte + at,
+                                      heard - at, request)
+                 : 0;
     unsigned answered;
 
     self->receiver.length = 0;

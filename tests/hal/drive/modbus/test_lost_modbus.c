@@ -201,6 +201,28 @@ static void no_strict_servo_keeps_its_torque(void **state)
         }
 }
 
+/* It has no torque, and has said so: what is written to it as it is lost gives it
+ * none, also where `stop` would. */
+static void one_that_is_lost_while_off_gets_no_torque(void **state)
+{
+    (void)state;
+    for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++) {
+        strict_bench_init(&bench, (enum strict_modbus_kind)kind);
+        strict_bench_enable(&bench);
+        hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+        strict_bench_until(&bench, HAL_DRIVE_OFF);
+        strict_bench_run(&bench, 100 * MS);
+        bench.servo.energised = 0;
+        mute();
+        strict_bench_run(&bench, 3000 * MS);
+        assert_int_equal(bench.drive.phase, DRIVE_MODBUS_LOST);
+        heal();
+        strict_bench_run(&bench, 3000 * MS);
+        assert_int_equal(bench.servo.energised, 0);
+        assert_false(bench.servo.torque);
+    }
+}
+
 /* Whatever moves it, it comes to rest first, as it can be stopped. */
 static void off_in_motion_stops_first(void **state)
 {
@@ -467,6 +489,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_strict_servo_keeps_its_torque),
+        cmocka_unit_test(one_that_is_lost_while_off_gets_no_torque),
         cmocka_unit_test(off_in_motion_stops_first),
         cmocka_unit_test(off_where_the_set_points_rest_waits_for_the_servo),
         cmocka_unit_test(torque_off_is_at_once),
