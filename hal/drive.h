@@ -133,9 +133,10 @@ struct hal_drive_feedback {
     bool
         demand_known; /* the drive itself reports which set point was in force at
                           t_ns, demand_q32; demand_age_ns then says nothing */
-    int64_t pos_q32;  /* actual */
-    int64_t vel_q32;  /* actual; from position when the drive has none */
-    int64_t t_ns;     /* when pos was measured (SYNC that latched it);
+    bool probe_latched;    /* since probe() was called last: probe_pos_q32 */
+    int64_t pos_q32;       /* actual */
+    int64_t vel_q32;       /* actual; from position when the drive has none */
+    int64_t t_ns;          /* when pos was measured (SYNC that latched it);
                               0: never yet */
     int64_t demand_age_ns; /* how long before t_ns the set point that was in
                               force at t_ns had been given to set_target, both
@@ -152,12 +153,11 @@ struct hal_drive_feedback {
     enum hal_drive_homing homing;
     bool torque_known;
     int32_t torque_permille; /* actual, of the rated torque */
-    bool probe_latched;      /* since probe() was called last */
-    int64_t probe_pos_q32;
-    struct hal_drive_events events;
     uint32_t steps; /* counts on while it is being found or enabled, so that a
                        slow drive can be told from one that does not go on; 0:
                        it does not tell */
+    int64_t probe_pos_q32;
+    struct hal_drive_events events;
     uint16_t fault_code;     /* maker's or profile's code, 0: none */
     bool fault_code_awaited; /* in FAULT: it is being asked for its code, which
                                 completes fault_text too */
