@@ -241,6 +241,7 @@ struct stateful_judge {
     bool is_reversed;            /* and which way along its path */
     int64_t s_ns_q12;            /* a tick ago */
     bool is_fresh;               /* and no tick since */
+    int64_t began_ns; /* from rest, on clock_ns: it, or a leg of homing */
     unsigned jog_axis;
     int64_t jog_step_q32; /* the most per tick of this jog */
     int64_t dead_ns;      /* the dead-man time, on now_ns; 0: none */

@@ -170,16 +170,15 @@ static const struct hal_drive_tracks board_tracks_without_ramps = {
     .stop = tracks_stop,
 };
 
-/* Off, and quick, are a stop first. */
+/* Off, of whatever kind, is a stop first. */
 static void board_request(struct hal_drive *drive,
                           enum hal_drive_request request)
 {
     struct stateful_board *board = board_of(drive);
     if (request == HAL_DRIVE_REQUEST_QUICK_STOP)
         board->is_deaf = false;
-    if ((request == HAL_DRIVE_REQUEST_OFF ||
-         request == HAL_DRIVE_REQUEST_QUICK_STOP) &&
-        !board->stops)
+    if (request != HAL_DRIVE_REQUEST_ENABLE &&
+        request != HAL_DRIVE_REQUEST_RESET && !board->stops)
         stateful_board_stop(board);
     stateful_axis_request(drive, request);
 }
@@ -519,6 +518,7 @@ void stateful_board_fault(struct stateful_board *board)
 void stateful_board_advance(struct stateful_board *board)
 {
     board->now_ns += board->period_ns;
+    board->heard_ticks = board->is_deaf ? 0 : board->heard_ticks + 1;
     board_line(board);
     const bool moved = board_clock(board);
     board_watch(board);

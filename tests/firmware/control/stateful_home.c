@@ -194,6 +194,7 @@ static void follow_homing(struct stateful *bench)
     if (is_leg(now->state) && now->state != homing->leg) {
         homing->leg = now->state;
         homing->leg_q32 = bench->judge.past[now->axis].pos_q32[0];
+        bench->judge.began_ns = bench->clock_ns;
     }
     homing->axis = now->axis;
     homing->state = now->state;

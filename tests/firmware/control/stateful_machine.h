@@ -36,6 +36,8 @@ enum stateful_order {
     STATEFUL_ORDER_HALT
 };
 
+#define STATEFUL_SAID_TICKS 4 /* until what a drive has done is known */
+
 /* Goes to positions by itself. */
 struct stateful_profile {
     /* what it is like */
@@ -189,8 +191,9 @@ struct stateful_board {
     double rest_s; /* from full rate to rest */
     bool has_ramps;
     /* mishaps */
-    int late_ticks; /* no answer for so long */
-    bool is_deaf;   /* does not stop */
+    int late_ticks;  /* no answer for so long */
+    bool is_deaf;    /* does not stop, nor take torque off before it stands */
+    int heard_ticks; /* it has not been so for as many */
     /* what we know of it */
     int64_t now_ns;
     enum hal_drive_track state;

@@ -11,8 +11,6 @@
 #include "motion/core/err.h"
 #include "tests/firmware/control/stateful.h"
 
-#define SAID_TICKS 4 /* until what it has done is known */
-
 bool stateful_profile_is_on(const struct stateful_profile *profile)
 {
     return profile->on || profile->pending != STATEFUL_NO_ORDER;
@@ -23,7 +21,7 @@ bool stateful_profile_is_open(const struct stateful_profile *profile)
     return profile->there &&
            (profile->is_bad || !profile->halts ||
             stateful_profile_is_on(profile) ||
-            profile->still <= profile->arrive_ticks + SAID_TICKS);
+            profile->still <= profile->arrive_ticks + STATEFUL_SAID_TICKS);
 }
 
 void stateful_profile_end(struct stateful_profile *profile)

@@ -214,6 +214,17 @@ static void rig_drive(struct stateful *bench, unsigned i)
         (double)config->stop.acc_q32 / 0x1p32 * stateful_between(bench, 1, 3);
 }
 
+/* No less than a good one takes to begin, and to say that it is there. */
+static int64_t rig_late_ns(struct stateful *bench,
+                           const struct stateful_profile *profile)
+{
+    const int64_t late_ns = stateful_in(bench, 120, 500) * MS;
+    const int64_t least_ns =
+        (profile->delay_ticks + profile->arrive_ticks + STATEFUL_SAID_TICKS) *
+        bench->config.period_ns;
+    return late_ns > least_ns ? late_ns : least_ns;
+}
+
 /* Where its drive goes to goals; one in six is not as good as it should be. */
 static void rig_profile(struct stateful *bench, unsigned i)
 {
@@ -229,7 +240,7 @@ static void rig_profile(struct stateful *bench, unsigned i)
         .is_bad = stateful_one_in(bench, 6),
     };
     config->by_goals = profile->there;
-    config->late_ns = stateful_in(bench, 120, 500) * MS;
+    config->late_ns = rig_late_ns(bench, profile);
     if (!profile->there || !profile->is_bad)
         return;
     if (stateful_one_in(bench, 3))

@@ -213,13 +213,24 @@ static double rate_allowance(const struct stateful *bench,
            unavoidable(bench, kind, from);
 }
 
+/* In the first tick of a motion from rest what the set points did before is not of
+ * it. */
+static double mean_acc(const struct stateful *bench, unsigned i)
+{
+    const bool is_first =
+        bench->clock_ns == bench->judge.began_ns + bench->period_ns;
+    return is_first
+               ? fabs(stateful_vel(bench, i)) * 1e9 / (double)bench->period_ns
+               : fabs(stateful_acc(bench, i));
+}
+
 static double vel_allowance(const struct stateful *bench, unsigned i)
 {
     const struct motion_clock_limit limit =
         shared_limit(bench, i, STATEFUL_STOP);
     const double t = (double)bench->period_ns / 1e9;
     const double rounding = 4 * stateful_rounding(bench, i) / t;
-    const double acc = fabs(stateful_acc(bench, i)) + rounding / t;
+    const double acc = mean_acc(bench, i) + rounding / t;
     if (bench->axis_config[i].by_goals)
         return stateful_goal_rise(bench, i);
     double rise = acc * TICKS * t + 2 * limit_q32(limit.acc_q32) * t + rounding;
@@ -373,6 +384,8 @@ void stateful_motion_begins(struct stateful *bench, enum stateful_motion motion,
     if (motion == STATEFUL_REST)
         return;
     judge->motion = motion;
+    if (was == CONTROLLER_READY)
+        judge->began_ns = bench->clock_ns;
     for (unsigned i = 0; i < bench->axes && motion == STATEFUL_MOVE; i++) {
         const struct stateful_coupling *own = &bench->coupling[i];
         const bool leads =

@@ -33,6 +33,15 @@ static bool is_quiet(const struct controller *controller)
             controller->resetting);
 }
 
+/* For so long its drive has had to take torque off. */
+static int quiet_ticks(const struct stateful *bench, unsigned i)
+{
+    const struct stateful_board *board = bench->axis[i].board;
+    const int ticks = bench->judge.quiet_ticks;
+    return board != NULL && board->heard_ticks < ticks ? board->heard_ticks
+                                                       : ticks;
+}
+
 static void judge_torque(struct stateful *bench)
 {
     struct stateful_judge *judge = &bench->judge;
@@ -44,7 +53,8 @@ static void judge_torque(struct stateful *bench)
             request == HAL_DRIVE_REQUEST_QUICK_STOP)
             stateful_violate(bench, STATEFUL_TORQUE, (int)i, "asked for in %s",
                              controller_state_text(bench->controller.state));
-        if (judge->quiet_ticks > QUIET_TICKS + stateful_board_ticks(bench, i) &&
+        if (quiet_ticks(bench, i) >
+                QUIET_TICKS + stateful_board_ticks(bench, i) &&
             stateful_axis_has_torque(&bench->axis[i]))
             stateful_violate(bench, STATEFUL_TORQUE, (int)i, "%s",
                              controller_state_text(bench->controller.state));

@@ -653,6 +653,21 @@ static void episodes_of_a_soak_are_as_they_should_be(void **state)
     }
 }
 
+/* With all that an episode may have beside drives that follow set points:
+ *   - a jog began in the tick after a brake had ended: the judge took the set points
+ *     of that for its acceleration;
+ *   - a drive took longer to say that it was there than it was allowed;
+ *   - torque was to go from a board that does not stop, while it did not. */
+static void episodes_of_every_kind_are_as_they_should_be(void **state)
+{
+    static const uint64_t seed[] = { 0x40001fed, 0x50001215, 0x50001bb7 };
+    (void)state;
+    for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
+        stateful_episode(&bench, seed[k], 4000);
+        judged("soak", (int64_t)seed[k]);
+    }
+}
+
 static void goals_of_a_refused_start_are_forgotten(void **state)
 {
     (void)state;
@@ -968,6 +983,7 @@ int main(void)
         cmocka_unit_test(an_axis_outside_is_not_sent_out_again),
         cmocka_unit_test(a_goal_next_to_nothing_away_is_reached_at_one_percent),
         cmocka_unit_test(episodes_of_a_soak_are_as_they_should_be),
+        cmocka_unit_test(episodes_of_every_kind_are_as_they_should_be),
         cmocka_unit_test(goals_of_a_refused_start_are_forgotten),
         cmocka_unit_test(a_drive_that_stands_short_of_its_goal_is_stopped),
         cmocka_unit_test(a_calm_way_is_halted_in_a_second),
