@@ -17,6 +17,8 @@
 /* Ticks from when a candidate is made to its begin, at the most. */
 #define RAMP_LEAD_MAX 8
 #define RAMP_MAX_NS   INT64_C(3600000000000) /* of a change of rate */
+/* A stop uses so many times the limits at the most: what spans hold. */
+#define RAMP_STOP_TIMES 8
 
 static inline int64_t ramp_least(int64_t a, int64_t b)
 {
@@ -82,6 +84,11 @@ struct ramp_bound {
     int64_t accel_q30; /* A, 1/s */
     int64_t jerk_q30;  /* J, 1/s2 */
 };
+
+/* ramp_bound.c: the limits of an axis that a ramp uses. */
+struct motion_clock_limit
+controller_ramp_limit(const struct controller *controller, unsigned axis,
+                      bool stop);
 
 /* ramp_bound.c: the A and J that alone would use the whole of the limits at the peaks
  * of the tracks, up to rate_q30. */

@@ -93,6 +93,23 @@ struct motion_clock_limit controller_limit(const struct controller *controller,
     return limit;
 }
 
+struct motion_clock_limit
+controller_ramp_limit(const struct controller *controller, unsigned axis,
+                      bool stop)
+{
+    const struct motion_clock_limit limit =
+        controller_limit(controller, axis, false);
+    struct motion_clock_limit used = controller_limit(controller, axis, stop);
+    used.acc_q32 =
+        ramp_least(used.acc_q32,
+                   motion_fixed_muldiv_sat(limit.acc_q32, RAMP_STOP_TIMES, 1));
+    if (used.jerk_q32 > 0)
+        used.jerk_q32 = ramp_least(
+            used.jerk_q32,
+            motion_fixed_muldiv_sat(limit.jerk_q32, RAMP_STOP_TIMES, 1));
+    return used;
+}
+
 struct ramp_bound controller_ramp_bound(const struct controller *controller,
                                         int64_t rate_q30, bool stop)
 {
@@ -105,7 +122,7 @@ struct ramp_bound controller_ramp_bound(const struct controller *controller,
             axis->vel_peak_q32, controller_peak(axis->track, MOTION_ACC)
         };
         const struct motion_clock_limit limit =
-            controller_limit(controller, i, stop);
+            controller_ramp_limit(controller, i, stop);
         ramp_narrow(&bound, &limit, &speed, rate_q30);
     }
     return ramp_finish(controller, bound);
@@ -122,7 +139,7 @@ int64_t controller_ramp_reserve(const struct controller *controller,
                                       controller_peak(track, MOTION_ACC) };
     struct ramp_bound bound = ramp_widest(controller);
     const struct motion_clock_limit limit =
-        controller_limit(controller, index, true);
+        controller_ramp_limit(controller, index, true);
     ramp_narrow(&bound, &limit, &speed, rate_q30);
     bound = ramp_finish(controller, bound);
     const int64_t rate_ns =

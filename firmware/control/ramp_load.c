@@ -46,14 +46,13 @@ static void limit_units(const struct controller *controller, int64_t *g_q40,
     }
 }
 
-/* Of stopping, in the limit's; 8 times it at most. */
+/* Of stopping, in the limit's. */
 static int32_t limit_stop(int64_t stop_q32, int64_t limit_q32)
 {
     if (limit_q32 == 0)
         return 0;
-    return (int32_t)ramp_least(
-        motion_fixed_muldiv_sat(stop_q32, RAMP_LIMIT_ONE, limit_q32),
-        (int64_t)8 * RAMP_LIMIT_ONE);
+    return (int32_t)motion_fixed_muldiv_sat(stop_q32, RAMP_LIMIT_ONE,
+                                            limit_q32);
 }
 
 /* Of the largest, Q31, rounded up. */
@@ -71,7 +70,7 @@ static void limit_of_axis(struct controller *controller, unsigned i,
     const struct motion_clock_limit limit =
         controller_limit(controller, i, false);
     const struct motion_clock_limit stop =
-        controller_limit(controller, i, true);
+        controller_ramp_limit(controller, i, true);
     const int64_t one_q32[3] = { limit_peak_vel(controller, i), limit.acc_q32,
                                  limit.jerk_q32 };
     motion_track_unit_init(&share->unit, one_q32);

@@ -59,6 +59,15 @@ static inline int64_t step_fit(int64_t value, int32_t factor_q10)
     return (value >> 16) * (factor * 60);
 }
 
+/* The same; a factor that is as large as there may be says that more would fit, so what
+ * was known before does not become less by it. */
+static inline int64_t step_known(int64_t known, int64_t value,
+                                 int32_t factor_q10)
+{
+    const int64_t fit = step_fit(value, factor_q10);
+    return factor_q10 < CONTROLLER_FACTOR_MOST ? fit : ramp_most(known, fit);
+}
+
 static inline int64_t step_clip(const struct controller_step *step,
                                 int64_t value)
 {
@@ -132,9 +141,13 @@ static void step_lay(struct controller_step *step, int64_t a, int32_t wait,
  * last bit: what p lacks would be a step of the rate at its end, times (w + n) / 2. */
 static void step_finish(struct controller_step *step, int64_t a, int32_t wait)
 {
-    const int64_t area = 2 * ramp_size(step_distance(step)) - a * wait;
-    if (area <= 0)
-        return;
+    int64_t area = 2 * ramp_size(step_distance(step)) - a * wait;
+    if (area <= 0) { /* past it: no longer than on the half of the way */
+        wait = ramp_ratio(ramp_size(step_distance(step)), a) - 1;
+        area = 2 * ramp_size(step_distance(step)) - a * wait;
+        if (wait == 0)
+            return;
+    }
     /* beyond 2^20 the wait does not show */
     const int32_t square = ramp_ratio(area, step->back_q56);
     const int32_t root =
@@ -316,13 +329,15 @@ static void step_learn(struct controller_step *step,
     const int64_t slope = step->slope_q56[0];
     const int64_t accel = ramp_size(step->at.accel_q56);
     if (slope != 0 && (slope < 0) == (step_distance(step) < 0))
-        step->reach_q56 = step_clip(
-            step, ramp_size(slope) >> 16 == 0
-                      ? step->most_q56
-                      : step_fit(ramp_size(slope), verdict->jerk_q10));
+        step->reach_q56 =
+            step_clip(step, ramp_size(slope) >> 16 == 0
+                                ? step->most_q56
+                                : step_known(step->reach_q56, ramp_size(slope),
+                                             verdict->jerk_q10));
     if (!step->is_fall)
-        step->room_q56 =
-            accel >> 16 == 0 ? RAMP_ONE_Q56 : step_fit(accel, verdict->acc_q10);
+        step->room_q56 = accel >> 16 == 0 ? RAMP_ONE_Q56
+                                          : step_known(step->room_q56, accel,
+                                                       verdict->acc_q10);
 }
 
 /* Another r'' back to 0, where this one fails: a larger one where that would help;
@@ -539,6 +554,7 @@ static bool step_aim(struct controller *controller)
 {
     struct controller_step *step = &controller->step;
     const bool stop = step_may_stop(controller);
+    const int64_t jerk_q56 = step->rest[stop ? 1 : 0].jerk_q56;
     if (step->target_q30 == controller->wanted_q30 && step->stop == stop)
         return false;
     const int64_t rate_q30 = ramp_rate_q30(controller);
@@ -557,23 +573,31 @@ static bool step_aim(struct controller *controller)
         step->level_q56[0] = step->level_q56[1] = step->most_q56;
     step->stop = stop;
     step->target_q30 = controller->wanted_q30;
-    step->least_q56 = step->rest[stop ? 1 : 0].jerk_q56 / 64 + 1;
+    /* what was learned by other limits, or elsewhere, may be far less than these leave */
+    if (!step_leads_away(controller)) {
+        step->reach_q56 = ramp_most(step->reach_q56, jerk_q56);
+        step->back_q56 = ramp_most(step->back_q56, jerk_q56);
+    }
+    step->least_q56 = jerk_q56 / 64 + 1;
     step->room_q56 = step->cap_q56 = RAMP_ONE_Q56;
     step->stage = STEP_NONE;
     return true;
 }
 
 /* Than what is in force, which ends in the target? Where the candidate does not end
- * there: is it faster than that is at its begin, on the mean? */
+ * there: is it faster than that is at its begin, on the mean, or, where what is in force
+ * is too late, at its peak? */
 static bool step_is_sooner(const struct controller *controller)
 {
     const struct controller_step *step = &controller->step;
     const int32_t w = step->n[0], n = step->n[1];
     const int64_t a = ramp_size(step->from.accel_q56) >> 24;
     const int64_t peak = ramp_size(step->peak_q56) >> 24;
-    return step->is_finish
-               ? step->begin_ns + (w + n) * controller->config.period_ns <
-                     ramp_end_ns(controller)
+    if (step->is_finish)
+        return step->begin_ns + (w + n) * controller->config.period_ns <
+               ramp_end_ns(controller);
+    return ramp_end_ns(controller) > controller_due_ns(controller)
+               ? peak > a
                : (peak - a) * w + (peak - 2 * a) * n > 0;
 }
 
@@ -621,11 +645,13 @@ static void step_take(struct controller *controller)
         step->level_q56[i] = step_clip(
             step, step_fit(step->fall_q56[i], step->verdict.fall_q10[i]));
     }
+    int64_t *back = step->n[0] == 0 ? &step->reach_q56 : &step->back_q56;
     if (!step->is_fall)
-        *(step->n[0] == 0 ? &step->reach_q56 : &step->back_q56) = step_clip(
-            step, step_fit(ramp_size(step->slope_q56[1]), step->back_q10));
-    step->cap_q56 =
-        ramp_least(step->cap_q56 + step->cap_q56 / 16, RAMP_ONE_Q56);
+        *back = step_clip(step, step_known(*back, ramp_size(step->slope_q56[1]),
+                                           step->back_q10));
+    /* a sixteenth more per tick */
+    step->cap_q56 = ramp_least(step->cap_q56 + step->cap_q56 / 16 * step->n[0],
+                               RAMP_ONE_Q56);
     step->room_q56 = ramp_least(step->room_q56, step->cap_q56);
     step->early = step->is_early ? step->early + 1 : 0;
     if (step->early >= STEP_EARLY && step->lead > 0) {
@@ -686,8 +712,9 @@ static void step_search(struct controller *controller)
     if (!step_aim(controller) &&
         controller->warp.rate1_q30 == controller->wanted_q30 &&
         ramp_end_ns(controller) <=
-            controller->clock_ns +
-                (int64_t)2 * RAMP_LEAD_MAX * controller->config.period_ns)
+            ramp_least(controller->clock_ns + (int64_t)2 * RAMP_LEAD_MAX *
+                                                  controller->config.period_ns,
+                       controller_due_ns(controller)))
         return;
     if (step->stage != STEP_NONE && step->begin_ns < controller->clock_ns) {
         step->stage = STEP_NONE;

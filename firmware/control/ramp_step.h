@@ -60,14 +60,17 @@
  * Let F be the ticks of the fall, or of what is left of a rise that was scheduled, at
  * most 8 + 3 r' / J, and r the rate after it, 0 and the present rate where r' <= 0; and D(k) what the shortest ramp from r
  * to 0 within A / k and J / k takes, with A and J that alone would use the whole of the
- * limits at the peaks of the tracks (ramp_bound.c), A' and J' of the stop limits:
+ * limits at the peaks of the tracks (ramp_bound.c), A' and J' of the stop limits, or of
+ * 8 times the limits where these are less: no ramp uses more (RAMP_STOP_TIMES):
  *     D(k) = k r / A + A / J    for r >= A^2 / (k J), where r' comes up to A / k,
  *            2 (k r / J)^1/2    below
  * in ticks, rounded up; and, with 8 the longest lead, of which one passes until a
  * candidate begins, which lasts another, and a third until the one that ends in rest has,
  *     stop   F + 24 + D'(4)
  *     else   F + 24 + D'(4) + D(3)
- * From 24 + D'(4) before that time on the stop limits count for a hold or stop.  Where
+ * From 24 + D'(4) before that time on the stop limits count for a hold or stop.  What was
+ * learned by other limits is worth little then: r'' is J' at least to begin with.  A ramp
+ * in force that ends in rest too late gives way to any that is steeper.  Where
  * rest has not come by then the drives' quick stop takes over in the next tick: a track
  * at its limits, above all one that brakes from its peak, may leave no r' < 0 at all,
  * so no such time is certain without that.  make ramps counts how often.

@@ -657,10 +657,13 @@ static void episodes_of_a_soak_are_as_they_should_be(void **state)
  *   - a jog began in the tick after a brake had ended: the judge took the set points
  *     of that for its acceleration;
  *   - a drive took longer to say that it was there than it was allowed;
- *   - torque was to go from a board that does not stop, while it did not. */
+ *   - torque was to go from a board that does not stop, while it did not;
+ *   - a fault in a hold, three times: the search went on by what it had learned within
+ *     the limits, and was not at rest in the time that a stop takes. */
 static void episodes_of_every_kind_are_as_they_should_be(void **state)
 {
-    static const uint64_t seed[] = { 0x40001fed, 0x50001215, 0x50001bb7 };
+    static const uint64_t seed[] = { 0x40001fed, 0x50001215, 0x50001bb7,
+                                     0x4000006e, 0x40000797, 0x60000941 };
     (void)state;
     for (size_t k = 0; k < ARRAY_LEN(seed); k++) {
         stateful_episode(&bench, seed[k], 4000);
