@@ -13,10 +13,10 @@
 
 /* Knots are no nearer than rounding lets them: a quintic h long at p rounds
  * 12 * 2^-59 p / h^2 of acceleration and 60 * 2^-59 p / h^3 of jerk, which is to be at
- * most a thousandth of the limits.  Nor nearer than this. */
+ * most a hundredth of the limits.  Nor nearer than this. */
 #define TIMING_LEAST       2e-6
-#define TIMING_ROUNDED_ACC (1000 * 12 * 0x1p-59)
-#define TIMING_ROUNDED     (1000 * 60 * 0x1p-59)
+#define TIMING_ROUNDED_ACC (100 * 12 * 0x1p-59)
+#define TIMING_ROUNDED     (100 * 60 * 0x1p-59)
 
 /* An axis whose jerk is not limited beside one whose is: its acceleration
  * within a microsecond, which no set point sees. */
