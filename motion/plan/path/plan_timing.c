@@ -156,8 +156,8 @@ int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
                       const double ends[2], struct plan_timing *timing,
                       double *failed)
 {
-    struct plan_topp_limit bound[PLAN_TOPP_AXES_MAX];
-    double jerk[PLAN_TOPP_AXES_MAX];
+    struct plan_topp_limit bound[PLAN_TOPP_AXES_MAX] = { { 0 } };
+    double jerk[PLAN_TOPP_AXES_MAX] = { 0 };
     int err;
 
     *timing = (struct plan_timing){ 0 };

@@ -132,13 +132,14 @@ static void barrier_rows(struct topp_barrier *self, const uint32_t piece[],
 int topp_barrier_init(struct topp_barrier *self, const struct topp_chain *chain,
                       const struct topp_barrier_limit limit[],
                       uint32_t intervals, const double w[],
-                      const uint32_t piece[], const double cap[], double most,
-                      struct plan_pool *pool)
+                      const uint32_t piece[], const double cap[], double most)
 {
+    struct plan_pool *pool = self->pool;
     const size_t n = (size_t)intervals + 2, points = n * BARRIER_POINTS;
 
     *self = (struct topp_barrier){ .chain = chain,
                                    .limit = limit,
+                                   .pool = pool,
                                    .axes = chain->path.axes,
                                    .intervals = intervals };
     self->w = plan_pool_take(pool, n, sizeof *self->w);

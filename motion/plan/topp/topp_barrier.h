@@ -36,6 +36,7 @@ struct topp_barrier_limit {
 struct topp_barrier {
     const struct topp_chain *chain;
     const struct topp_barrier_limit *limit; /* of each axis */
+    struct plan_pool *pool; /* of all arrays; there before topp_barrier_init */
     unsigned axes;
     uint32_t intervals;
     double *w;         /* grid: intervals + 1 */
@@ -47,12 +48,11 @@ struct topp_barrier {
 };
 
 /* A grid of intervals that each lie in one piece; w is copied, piece says of
- * which each is; cap bounds s' in each interval, most z.  In the pool; MOTION_E_FULL without memory. */
+ * which each is; cap bounds s' in each interval, most z.  MOTION_E_FULL without memory. */
 int topp_barrier_init(struct topp_barrier *self, const struct topp_chain *chain,
                       const struct topp_barrier_limit limit[],
                       uint32_t intervals, const double w[],
-                      const uint32_t piece[], const double cap[], double most,
-                      struct plan_pool *pool);
+                      const uint32_t piece[], const double cap[], double most);
 
 /* Hold z at the start and the end, where it does not change: what z is there
  * stays as it is, and is to become this (topp_barrier_lead); 0 where it is free.  False

@@ -254,9 +254,10 @@ static int curve_barrier(struct curve *self, struct topp_barrier *barrier)
     if (self->cap == NULL)
         return MOTION_E_FULL;
     curve_caps(self);
-    err = topp_barrier_init(
-        barrier, self->chain, self->limit, self->grid.intervals, self->grid.w,
-        self->grid.piece, self->cap, curve_most(self), &self->scratch);
+    barrier->pool = &self->scratch;
+    err = topp_barrier_init(barrier, self->chain, self->limit,
+                            self->grid.intervals, self->grid.w,
+                            self->grid.piece, self->cap, curve_most(self));
     if (err == MOTION_OK &&
         !topp_barrier_hold(barrier, curve_held(self, &self->chain->start),
                            curve_held(self, &self->chain->end)))
