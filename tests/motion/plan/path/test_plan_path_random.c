@@ -2,7 +2,8 @@
  * which run back over themselves, come very near to a point again or have one twice,
  * at speeds of laws or as fast as limits, caps and stops allow.  Every path is
  * planned or refused with a reason that it has, and what is planned is judged by
- * plan_check_track.  SEED=n and N=2000 for more. */
+ * plan_check_track.  SEED=n and N=2000 for more; that less is never slower is tried with
+ * N alone. */
 #include <math.h>
 #include <string.h>
 
@@ -339,9 +340,11 @@ static void faster_than(uint64_t seed, const char *what, double least,
 
 static void fewer_limits_caps_and_stops_are_never_slower(void **state)
 {
-    const uint64_t first = first_seed(), count = count_of(12);
+    const uint64_t first = first_seed(), count = count_of(0);
 
     (void)state;
+    if (count == 0)
+        skip();
     for (uint64_t seed = first; seed < first + count; seed++) {
         struct drawn drawn, less;
         draw_path(seed, &drawn);
