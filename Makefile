@@ -371,7 +371,6 @@ nightly:
 	@$(MAKE) corrupt CC=clang SAN=address,undefined CORRUPTIONS=100000
 	@$(MAKE) hold HOLDS=400
 	@N=10000 $(MAKE) check T="homing_random service_random"
-	@N=2000 TEST_TIMEOUT=7200 $(MAKE) check T=plan_path_random CC=clang SAN=address,undefined
 	@TRIES=100000 TEST_TIMEOUT=7200 $(MAKE) check T=stop
 	@N=1000000 TEST_TIMEOUT=7200 $(MAKE) check T=sim_particles_spheres
 	@$(MAKE) peers-physics
@@ -383,6 +382,7 @@ nightly:
 	@$(MAKE) clang-tidy TIDY_TESTS=
 	@$(MAKE) test EVERY=1
 	@$(MAKE) test CC=clang SAN=address,undefined EVERY=1
+	@N=2000 TEST_TIMEOUT=7200 $(MAKE) check T=plan_path_random CC=clang SAN=address,undefined
 	@$(MAKE) otg-many N=2000000 MISSED=60 BAD=0 LONG=9600 \
 	    PROCESSES="$$(nproc)"
 	@$(MAKE) fuzz FUZZ_SECONDS=120 FUZZ_SEED=0
