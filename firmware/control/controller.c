@@ -391,7 +391,7 @@ static void controller_sample(struct controller *controller)
     if (controller->couplings != NULL)
         controller->couplings->ops->follow(controller);
     if (controller->gantries != NULL)
-        controller->gantries->follow(controller);
+        controller->gantries->ops->follow(controller);
 }
 
 /* -- one step per state ------------------------------------------------- */

@@ -351,7 +351,7 @@ struct controller {
     struct controller_jog *jog; /* what is played, at rate 1; NULL: a move */
     /* NULL: no axis was ever coupled */
     const struct controller_couplings *couplings;
-    const struct controller_gantry_ops *gantries; /* NULL: there is none */
+    const struct controller_gantries *gantries; /* NULL: there is none */
     struct controller_gantry *gantry;
     unsigned gantry_count;
     bool is_brake; /* what is played is itself a stop */

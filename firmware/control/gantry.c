@@ -175,6 +175,10 @@ static int gantry_admit(struct controller *controller,
 static const struct controller_gantry_ops gantry_ops = {
     .follow = gantry_follow,
     .judge = gantry_judge,
+};
+
+static const struct controller_gantries gantries = {
+    .ops = &gantry_ops,
     .reduce = gantry_reduce,
     .admit = gantry_admit,
 };
@@ -205,6 +209,6 @@ int controller_set_gantries(struct controller *controller,
         if (!gantry_may_be(controller, &gantry[i], i))
             return MOTION_E_ARG;
     controller->gantry_count = count;
-    controller->gantries = count > 0 ? &gantry_ops : NULL;
+    controller->gantries = count > 0 ? &gantries : NULL;
     return MOTION_OK;
 }

@@ -51,9 +51,13 @@ unsigned controller_gantry_other(const struct controller_gantry *gantry,
 /* What a controller calls that has gantries; what has none (a board) is not linked to
  * it. */
 struct controller_gantry_ops {
-    /* On the tick: tell rails that go along where they are; judge the racking. */
+    /* On the tick: tell rails that go along where they are. */
     void (*follow)(struct controller *controller);
+    /* On the tick: judge the racking. */
     void (*judge)(struct controller *controller);
+};
+struct controller_gantries {
+    const struct controller_gantry_ops *ops;
     /* Lower what a rail may do (`stop`: its stop limits) to what the other can, which
      * has no track of its own.  Divides nothing. */
     void (*reduce)(const struct controller *controller, unsigned axis,

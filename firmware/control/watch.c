@@ -329,7 +329,7 @@ void controller_watch_judge(struct controller *controller)
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         watch_axis(controller, i);
     if (controller->gantries != NULL)
-        controller->gantries->judge(controller);
+        controller->gantries->ops->judge(controller);
 }
 
 /* How many ticks a gap swallowed, rounded at the half: long division in base 2,
