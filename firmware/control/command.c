@@ -1,6 +1,8 @@
 /* firmware/control/command.c - what an operator may ask for, and when.
  *
- * Not on the tick: a command may divide and look at whole tracks. */
+ * Between two ticks, and counted to the next one: a command may divide, and asks
+ * of a whole track what its summary (motion/core/track.h) has; those without one
+ * are short, or each of their segments costs as much as some samples. */
 #include <stddef.h>
 
 #include "firmware/control/jog.h"
@@ -68,16 +70,11 @@ int64_t controller_largest(const struct motion_track *track,
 int64_t controller_peak(const struct motion_track *track,
                         enum motion_quantity quantity)
 {
-    int64_t peak = 0;
     if (quantity <= MOTION_VEL)
         return controller_largest(track, quantity);
-    if (track->outline != NULL)
-        peak = controller_largest(track, quantity);
-    for (uint32_t i = 0; track->outline == NULL && i < track->count; i++) {
-        const int64_t size = motion_segment_peak(&track->segment[i], quantity);
-        if (size > peak)
-            peak = size;
-    }
+    const int64_t peak = track->outline != NULL
+                             ? controller_largest(track, quantity)
+                             : motion_track_peak(track, quantity);
     return peak - (peak >> 28);
 }
 
@@ -142,32 +139,15 @@ static bool controller_is_there(const struct controller *controller,
            motion_fixed_abs(apart) <= (uint64_t)window_q32;
 }
 
-/* Rounding leaves an end of a ramp at less than 2^-20 unit/s. */
-#define STANDS_Q32 ((int64_t)1 << 12)
-
 /* Outside the range it moves inward alone; of a window, which does not show the
  * whole of the move, nothing may be outside. */
 static bool controller_only_comes_in(const struct controller_axis_config *range,
                                      const struct motion_track *track)
 {
-    const bool is_window = track->outline != NULL;
-    for (uint32_t i = 0; i < (is_window ? 1 : track->count); i++) {
-        struct motion_extreme extreme[MOTION_JERK + 1];
-        if (is_window) {
-            motion_track_extreme(track, MOTION_POS, &extreme[MOTION_POS]);
-            motion_track_extreme(track, MOTION_VEL, &extreme[MOTION_VEL]);
-        } else {
-            motion_segment_extremes(&track->segment[i], extreme);
-        }
-        const struct motion_extreme *pos = &extreme[MOTION_POS];
-        const struct motion_extreme *vel = &extreme[MOTION_VEL];
-        if ((pos->min < range->pos_min_q32 - MOTION_TRACK_POS_ROUNDING &&
-             vel->min < -STANDS_Q32) ||
-            (pos->max > range->pos_max_q32 + MOTION_TRACK_POS_ROUNDING &&
-             vel->max > STANDS_Q32))
-            return false;
-    }
-    return true;
+    int64_t down_to_q32, up_to_q32;
+    motion_track_reach(track, &down_to_q32, &up_to_q32);
+    return down_to_q32 >= range->pos_min_q32 - MOTION_TRACK_POS_ROUNDING &&
+           up_to_q32 <= range->pos_max_q32 + MOTION_TRACK_POS_ROUNDING;
 }
 
 /* The range as a track sees it that is so far beside the axis. */
@@ -455,7 +435,7 @@ static bool controller_is_at_start(const struct controller *controller)
         if (!controller->axis[i].track)
             continue;
         controller_path_state(controller, controller->axis[i].track, 0, &state);
-        if (motion_fixed_abs(state.vel_q32) > STANDS_Q32)
+        if (motion_fixed_abs(state.vel_q32) > MOTION_TRACK_STANDS_Q32)
             return false;
     }
     return true;

@@ -369,9 +369,6 @@ static int64_t goal_most(const struct motion_extreme *extreme, int64_t most)
     return value > INT64_MAX ? INT64_MAX : (int64_t)value;
 }
 
-/* Rounding leaves an end of a ramp at less than 2^-20 unit/s. */
-#define GOAL_STANDS_Q32 ((uint64_t)1 << 12)
-
 unsigned controller_goals_of(const struct motion_track *track,
                              struct controller_goal goal[], unsigned capacity)
 {
@@ -396,7 +393,7 @@ unsigned controller_goals_of(const struct motion_track *track,
         distance.end_ns_q12 = segment->start_ns_q12 + segment->dur_ns_q12;
         distance.pos_q32 =
             i + 1 < track->count ? segment[1].pos_q32 : track->end.pos_q32;
-        moves = motion_fixed_abs(end.vel_q32) > GOAL_STANDS_Q32;
+        moves = motion_fixed_abs(end.vel_q32) > MOTION_TRACK_STANDS_Q32;
         if (moves)
             continue;
         if (count < capacity)

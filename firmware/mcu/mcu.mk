@@ -14,7 +14,8 @@ MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
 MCU_SMALL  := $(addprefix firmware/control/,command.c couple.c goal.c home.c \
                 homing.c homing_stop.c init.c jog.c mailbox.c playback.c \
                 ramp_span.c ramp_step.c) \
-              $(addprefix motion/core/,clock_warp_plan.c fixed.c track_state.c) \
+              $(addprefix motion/core/,clock_warp_plan.c fixed.c track_state.c \
+                track_summary.c) \
               $(call sources,motion/otg hal/drive/modbus)
 MCU_CALLS  := $(addprefix firmware/control/,ramp_bound.c ramp_load.c ramp_rest.c \
                 ramp_scheduled.c) \

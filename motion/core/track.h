@@ -90,6 +90,7 @@ enum motion_segment_kind {
 };
 
 struct motion_track_outline;
+struct motion_track_summary;
 
 /* The caller owns the segments; the track only points at them.  A const track
  * may be sampled from several threads, each with its own cursor.
@@ -105,6 +106,7 @@ struct motion_track {
     struct motion_state end; /* at the end; the next segment starts here */
     uint64_t end_frac;       /* fraction of end.pos below 2^-32, as Q0.64 */
     const struct motion_track_outline *outline; /* NULL: no window */
+    const struct motion_track_summary *summary; /* of a whole one; NULL: none */
 };
 
 /* Where the last sample was found; zero-initialised it starts at the front. */
@@ -244,17 +246,49 @@ int64_t motion_segment_rounding(const struct motion_segment *segment,
  * sides, which in a segment of nanoseconds may both be beyond the format. */
 int64_t motion_segment_peak(const struct motion_segment *segment,
                             enum motion_quantity quantity);
-/* Over the whole track, of a window from its outline; the first of equal
- * extremes.  An empty track gives its position and zeros. */
+/* Over the whole track, of a window from its outline, else from the summary where
+ * there is one; the first of equal extremes.  An empty track gives its position and
+ * zeros. */
 void motion_track_extreme(const struct motion_track *track,
                           enum motion_quantity quantity,
                           struct motion_extreme *extreme);
+/* The largest motion_segment_peak of a or j, of a window over its segments. */
+int64_t motion_track_peak(const struct motion_track *track,
+                          enum motion_quantity quantity);
+/* The lowest position of the segments that move down somewhere, faster than what
+ * rounding leaves of rest (INT64_MAX: none does), and the highest of those that
+ * move up (INT64_MIN).  Of a window those of its outline, as if it were one
+ * segment. */
+void motion_track_reach(const struct motion_track *track, int64_t *down_to_q32,
+                        int64_t *up_to_q32);
+/* Rounding leaves an end of a ramp at less than 2^-20 unit/s. */
+#define MOTION_TRACK_STANDS_Q32 ((int64_t)1 << 12)
 
 /* What is known of a whole track beside the segments in the window. */
 struct motion_track_outline {
     struct motion_extreme extreme[MOTION_JERK + 1]; /* by motion_quantity */
     uint32_t count;
 };
+
+/* What the three functions above answer of a whole track, by a look at every
+ * segment.  With it they take the same time for a track of any length, so that one
+ * can be started on a tick. */
+struct motion_track_summary {
+    struct motion_extreme extreme[MOTION_JERK + 1]; /* by motion_quantity */
+    int64_t acc_peak_q32, jerk_peak_q32;            /* motion_track_peak */
+    int64_t down_to_q32, up_to_q32;                 /* motion_track_reach */
+    /* The segments that it is of; it does not count for any others. */
+    const struct motion_segment *segment;
+    uint32_t count; /* 0: it is of none */
+};
+/* Make the summary of a whole track, and have the track point at it, which it must
+ * outlive.  It counts while the track has these segments, as many: an append takes it
+ * away, and so does whoever changes segments in place.  Should it be wrong all the
+ * same, a move may be let begin that its axis cannot follow, and the gate of the
+ * controller, which asks no track, stops it at the first set point beyond a limit.
+ * Plan-time. */
+void motion_track_summarise(struct motion_track *track,
+                            struct motion_track_summary *summary);
 
 /* How far from t the segments at hand reach; 0 or less: they do not hold t.
  * INT64_MAX where there is nothing that they lack: of a whole

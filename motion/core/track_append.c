@@ -488,6 +488,7 @@ static int append_commit(struct motion_track *track, struct append_goal *goal)
     if (err < 0)
         return err;
     track->segment[track->count++] = segment;
+    track->summary = NULL;
     track->end_ns_q12 += segment.dur_ns_q12;
     track->end.pos_q32 = goal->end_pos_q32;
     track_segment_end(&segment, &track->end);

@@ -66,6 +66,25 @@ void track_segment_sample(const struct motion_segment *segment,
 int64_t track_segment_derivative(const struct motion_segment *segment,
                                  int order, int64_t dt_ns_q12);
 
+/* motion_segment_extremes, and, where they are asked for, motion_segment_peak of
+ * acceleration and jerk, by the same roots. */
+void track_segment_extremes(const struct motion_segment *segment,
+                            struct motion_extreme extreme[MOTION_JERK + 1],
+                            int64_t peak[MOTION_JERK + 1]);
+
+/* The summary, where the track has one that is of its segments; else NULL. */
+static inline const struct motion_track_summary *
+track_summary(const struct motion_track *track)
+{
+    const struct motion_track_summary *summary = track->summary;
+
+    return summary != NULL && track->outline == NULL && track->count > 0 &&
+                   summary->count == track->count &&
+                   summary->segment == track->segment
+               ? summary
+               : NULL;
+}
+
 /* The segment that holds t, 0 <= t < end. */
 uint32_t track_find(const struct motion_track *track, int64_t t_ns_q12);
 /* The same, and the cursor goes there: its neighbours are tried, then all are

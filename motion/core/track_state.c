@@ -429,19 +429,6 @@ void motion_segment_extreme(const struct motion_segment *segment,
     state_extend_all(segment, quantity, extreme);
 }
 
-void motion_segment_extremes(const struct motion_segment *segment,
-                             struct motion_extreme extreme[MOTION_JERK + 1])
-{
-    struct state_roots roots = { .count = 0 };
-
-    for (int q = MOTION_JERK; q >= MOTION_POS; q--) {
-        if (q + 1 < segment->degree)
-            state_roots_below(segment, q + 1, &roots);
-        extreme[q] = state_none(segment->start_ns_q12);
-        state_extend_at(segment, (enum motion_quantity)q, &roots, &extreme[q]);
-    }
-}
-
 /* In units of the last digit, 2^-(32 + frac). */
 static const uint8_t state_quanta[] = { 0, 22, 80, 248 };
 
@@ -470,17 +457,17 @@ static int64_t state_surely(const struct motion_segment *segment,
                           -segment->frac - STATE_GUARD);
 }
 
-int64_t motion_segment_peak(const struct motion_segment *segment,
-                            enum motion_quantity quantity)
+static int64_t state_peak_at(const struct motion_segment *segment,
+                             enum motion_quantity quantity,
+                             const struct state_roots *roots)
 {
-    const struct state_roots roots = state_roots_of(segment, quantity);
     int64_t at[2 * MOTION_TRACK_DEGREE + 2] = { 0, segment->dur_ns_q12 };
     int count = 2;
     int64_t peak = 0;
 
-    for (int i = 0; i < roots.count; i++) {
-        at[count++] = roots.at[i];
-        at[count++] = roots.at[i] + 1;
+    for (int i = 0; i < roots->count; i++) {
+        at[count++] = roots->at[i];
+        at[count++] = roots->at[i] + 1;
     }
     for (int i = 0; i < count; i++) {
         const int64_t size = state_surely(segment, quantity, at[i]);
@@ -490,12 +477,47 @@ int64_t motion_segment_peak(const struct motion_segment *segment,
     return peak > 0 && peak < INT64_MAX ? peak - 1 : peak;
 }
 
+int64_t motion_segment_peak(const struct motion_segment *segment,
+                            enum motion_quantity quantity)
+{
+    const struct state_roots roots = state_roots_of(segment, quantity);
+
+    return state_peak_at(segment, quantity, &roots);
+}
+
+void track_segment_extremes(const struct motion_segment *segment,
+                            struct motion_extreme extreme[MOTION_JERK + 1],
+                            int64_t peak[MOTION_JERK + 1])
+{
+    struct state_roots roots = { .count = 0 };
+
+    for (int q = MOTION_JERK; q >= MOTION_POS; q--) {
+        if (q + 1 < segment->degree)
+            state_roots_below(segment, q + 1, &roots);
+        extreme[q] = state_none(segment->start_ns_q12);
+        state_extend_at(segment, (enum motion_quantity)q, &roots, &extreme[q]);
+        if (peak != NULL && q >= MOTION_ACC)
+            peak[q] = state_peak_at(segment, (enum motion_quantity)q, &roots);
+    }
+}
+
+void motion_segment_extremes(const struct motion_segment *segment,
+                             struct motion_extreme extreme[MOTION_JERK + 1])
+{
+    track_segment_extremes(segment, extreme, NULL);
+}
+
 void motion_track_extreme(const struct motion_track *track,
                           enum motion_quantity quantity,
                           struct motion_extreme *extreme)
 {
     if (track->outline != NULL) {
         *extreme = track->outline->extreme[quantity];
+        return;
+    }
+    const struct motion_track_summary *summary = track_summary(track);
+    if (summary != NULL) {
+        *extreme = summary->extreme[quantity];
         return;
     }
     *extreme = state_none(0);

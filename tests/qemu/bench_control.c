@@ -2,8 +2,9 @@
  * six axes, drivers left out: the worst in each state, at many places of a move
  * that uses all of its limits.  The stop limits are those, or twice as large.
  * A command counts to the tick that follows it.  Status 1 when a tick takes more
- * than LIMIT_MOVING before the command, or than LIMIT_SEEK.  A change of
- * rate is found step by step (firmware/control/ramp_step.h).
+ * than LIMIT_MOVING before the command, or than LIMIT_SEEK, or a start more for a
+ * long move than for a short one.  A change of rate is found step by step
+ * (firmware/control/ramp_step.h).
  *
  * Time of QEMU with -icount, as in bench_tick.c, by timer 0 of mps2-an386 (Arm
  * CMSDK APB timer, 32 bits at 25 MHz: SysTick would wrap). */
@@ -12,11 +13,13 @@
 #include "motion/core/fixed.h"
 #include "tests/qemu/start.h"
 
-#define AXES      6
-#define LEGS      6
-#define PERIOD_NS INT64_C(1000000)
-#define EPISODES  8
-#define UNIT      MOTION_FIXED_ONE_Q32
+#define AXES        6
+#define LEGS        6
+#define START_SHORT 10
+#define START_LONG  2000
+#define PERIOD_NS   INT64_C(1000000)
+#define EPISODES    8
+#define UNIT        MOTION_FIXED_ONE_Q32
 
 #define REGISTER(address) (*(volatile uint32_t *)(address))
 #define TIMER_CTRL        REGISTER(0x40000000)
@@ -39,6 +42,10 @@ static struct controller_axis axis[AXES];
 static struct bench_drive drive[AXES];
 static struct motion_segment storage[AXES][LEGS];
 static struct motion_track track[AXES];
+static struct motion_segment start_storage[START_LONG]; /* of all axes */
+static struct motion_track start_track;
+static struct motion_track_summary start_summary;
+static int start_err;
 static int64_t now_ns;
 
 static void bench_request(struct hal_drive *self, enum hal_drive_request what)
@@ -167,10 +174,9 @@ static int bench_axis(unsigned i)
     return MOTION_OK;
 }
 
-static int bench_begin(int64_t stop_times)
+static int bench_ready(int64_t stop_times)
 {
     struct hal_drive *drives[AXES];
-    const struct motion_track *tracks[AXES];
     const struct controller_config config = {
         .period_ns = PERIOD_NS,
         .axis_count = AXES,
@@ -185,7 +191,6 @@ static int bench_begin(int64_t stop_times)
         };
         drive[i] = (struct bench_drive){ .drive.ops = &bench_ops };
         drives[i] = &drive[i].drive;
-        tracks[i] = &track[i];
     }
     now_ns = 1000 * PERIOD_NS;
     if (controller_init(&controller, &config, axis, drives, NULL) < 0)
@@ -194,7 +199,45 @@ static int bench_begin(int64_t stop_times)
     if (controller_enable(&controller) < 0)
         return -1;
     (void)bench_tick(bench_none);
-    return controller_start(&controller, tracks, NULL);
+    return MOTION_OK;
+}
+
+static int bench_begin(int64_t stop_times)
+{
+    const struct motion_track *tracks[AXES];
+    for (unsigned i = 0; i < AXES; i++)
+        tracks[i] = &track[i];
+    const int err = bench_ready(stop_times);
+    return err < 0 ? err : controller_start(&controller, tracks, NULL);
+}
+
+static void bench_start(void)
+{
+    const struct motion_track *tracks[AXES];
+    for (unsigned i = 0; i < AXES; i++)
+        tracks[i] = &start_track;
+    start_err = controller_start(&controller, tracks, NULL);
+}
+
+/* The legs of the slowest axis, which all are fast enough for.  0: an error. */
+static uint32_t bench_start_of(uint32_t count)
+{
+    struct motion_state from = { 0 };
+    motion_track_init(&start_track, start_storage, START_LONG, 0);
+    for (uint32_t leg = 0; leg < count; leg++) {
+        const struct motion_state to = { .pos_q32 =
+                                             leg % 2 == 0 ? 100 * UNIT : 0 };
+        if (motion_track_append_quintic(&start_track,
+                                        track[AXES - 1].segment[0].dur_ns_q12,
+                                        &from, &to) < 0)
+            return 0;
+        from = to;
+    }
+    motion_track_summarise(&start_track, &start_summary);
+    if (bench_ready(2) < 0)
+        return 0;
+    const uint32_t instructions = bench_tick(bench_start);
+    return start_err < 0 ? 0 : instructions;
 }
 
 static uint32_t most(uint32_t a, uint32_t b)
@@ -324,6 +367,17 @@ static bool bench_ramps(void)
     return bench_is_kept(&worst, "    until it begins ");
 }
 
+/* False: it takes longer for a long move, by more than a count is off. */
+static bool bench_starts(void)
+{
+    const uint32_t few = bench_start_of(START_SHORT);
+    const uint32_t many = bench_start_of(START_LONG);
+    start_print("  start\n");
+    bench_report("    of 10 segments  ", few);
+    bench_report("    of 2000         ", many);
+    return few > 0 && many > 0 && many <= few + few / 100;
+}
+
 int main(void)
 {
     TIMER_RELOAD = UINT32_MAX;
@@ -340,7 +394,8 @@ int main(void)
     const bool hold = bench_kind("  hold\n", 2, bench_hold);
     const bool slower = bench_kind("  override\n", 2, bench_slower);
     const bool ramps = bench_ramps();
-    if (fault && tight && stop && hold && slower && ramps)
+    const bool starts = bench_starts();
+    if (fault && tight && stop && hold && slower && ramps && starts)
         return 0;
     start_print("more than a tick may take\n");
     return 1;

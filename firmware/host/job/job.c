@@ -286,10 +286,19 @@ enum status job_open_again(struct job *job, const struct files *files,
     return job_open_zeroed(job, files, rig_path, move_path, false, rig);
 }
 
+void job_summarise(struct job *job)
+{
+    struct motion_track_summary *summary =
+        memory_pool_new(&job->memory, job->planned, sizeof *summary);
+    for (unsigned i = 0; i < job->planned; i++)
+        motion_track_summarise(&job->track[i], &summary[i]);
+}
+
 void job_copy_track(const struct motion_track *track, struct motion_track *copy)
 {
     *copy = *track;
     copy->capacity = track->count;
+    copy->summary = NULL;
     copy->segment =
         memory_resize(NULL, (size_t)track->count + 1, sizeof *copy->segment);
     memcpy(copy->segment, track->segment, track->count * sizeof *copy->segment);

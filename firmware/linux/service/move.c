@@ -66,9 +66,12 @@ static void move_pass(struct move_pass *pass, struct service_move *move,
         pass_bytes(pass, &axis->is_driven, sizeof axis->is_driven);
         pass_bytes(pass, &axis->by_profile, sizeof axis->by_profile);
         pass_bytes(pass, &axis->track, sizeof axis->track);
+        pass_bytes(pass, &axis->summary, sizeof axis->summary);
         axis->track.segment =
             pass_array(pass, segment, &count, sizeof *segment);
         axis->track.count = axis->track.capacity = count;
+        axis->track.summary = &axis->summary;
+        axis->summary.segment = axis->track.segment;
         axis->goal =
             pass_array(pass, axis->goal, &axis->goal_count, sizeof *axis->goal);
         axis->key_ns_q12 = pass_array(pass, axis->key_ns_q12, &axis->key_count,
@@ -173,6 +176,7 @@ static void move_of_axis(struct service_move *move, struct job *job, unsigned i)
     axis->is_driven = true;
     axis->by_profile = job->goal[i] != NULL;
     axis->track = job->track[i];
+    motion_track_summarise(&axis->track, &axis->summary);
     axis->goal = job->goal[i];
     axis->goal_count = job->goal_count[i];
     axis->key_count = plan->key_count;

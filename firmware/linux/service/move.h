@@ -34,6 +34,7 @@ struct service_move_axis {
     bool is_driven;  /* by the move; else it stands where it is */
     bool by_profile; /* of its drive: it goes from goal to goal */
     struct motion_track track;
+    struct motion_track_summary summary; /* of the track */
     struct controller_goal *goal;
     uint32_t goal_count, key_count;
     int64_t *key_ns_q12; /* its keys, as they were written */

@@ -311,6 +311,7 @@ struct stateful {
     int burst;   /* ticks until a stop; < 0: none */
     struct motion_segment storage[2][STATEFUL_AXES][STATEFUL_SEGMENTS];
     struct motion_track track[2][STATEFUL_AXES];
+    struct motion_track_summary summary[2][STATEFUL_AXES]; /* of every other */
     struct controller_goal goal[2][STATEFUL_AXES][STATEFUL_GOALS];
     unsigned spare; /* of the two; the other may be played */
     struct stateful_reader reader[2];

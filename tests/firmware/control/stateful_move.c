@@ -156,5 +156,8 @@ bool stateful_draw_track(struct stateful *bench, unsigned i)
     const bool is_made = kind[stateful_in(bench, 0, 2)](bench, i);
     if (is_made && bench->kind.has_cams)
         stateful_come_back(bench, i);
+    if (i % 2 == 0)
+        motion_track_summarise(&bench->track[bench->spare][i],
+                               &bench->summary[bench->spare][i]);
     return is_made;
 }

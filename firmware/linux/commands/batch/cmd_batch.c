@@ -147,6 +147,7 @@ static enum status cmd_batch_read(struct cmd_batch *self)
                   number_word(self->job.violation_count, "", "s"));
         return STATUS_REFUSED;
     }
+    job_summarise(&self->job);
     if (options->faults != NULL &&
         fault_script_load(&disk_files, options->faults, &self->job.rig,
                           &self->script, message) < 0) {

@@ -104,6 +104,7 @@ static enum status cmd_run_record(struct cmd_run *self,
 static enum status cmd_run_build(struct cmd_run *self)
 {
     struct machine_ports ports;
+    job_summarise(&self->job);
     enum status status = live_ports(&self->live, self->options, &ports);
     if (status == STATUS_OK && self->options->faults != NULL &&
         machine_fault_init(&self->faults, &self->script, &self->live.sim) < 0)

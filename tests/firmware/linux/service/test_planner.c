@@ -157,6 +157,19 @@ static void same_track(const struct motion_track *own,
                             sizeof own->segment[i]);
 }
 
+/* The tick need not look at the segments of what it starts. */
+static void is_summarised(const struct motion_track *track)
+{
+    struct motion_track_summary own;
+    struct motion_track scanned = *track;
+    assert_non_null(track->summary);
+    motion_track_summarise(&scanned, &own);
+    assert_memory_equal(track->summary, &own,
+                        offsetof(struct motion_track_summary, segment));
+    assert_ptr_equal(track->summary->segment, track->segment);
+    assert_int_equal(track->summary->count, track->count);
+}
+
 static void same_axis(const struct service_move *move, const struct job *job,
                       unsigned i)
 {
@@ -164,6 +177,7 @@ static void same_axis(const struct service_move *move, const struct job *job,
     const struct plan_axis *own = &job->move.axis[i];
     assert_true(axis->is_driven);
     same_track(&axis->track, &job->track[i]);
+    is_summarised(&axis->track);
     assert_true(axis->by_profile == (job->goal[i] != NULL));
     assert_int_equal(axis->goal_count, job->goal_count[i]);
     for (uint32_t k = 0; k < axis->goal_count; k++)
