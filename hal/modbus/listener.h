@@ -45,7 +45,7 @@ void modbus_listener_begin(struct modbus_listener *self, bool is_ascii,
 void modbus_listener_sent(struct modbus_listener *self);
 void modbus_listener_take(struct modbus_listener *self, const uint8_t *bytes,
                           unsigned length);
-/* Is the answer there?  Its bytes, and *reply as modbus_rtu_take_answer has it;
+/* Is the answer there?  Its bytes, and *reply as modbus_pdu_take_answer has it;
  * what was heard behind it is left in `length`.  0: not yet, or with `is_last` not
  * at all: then *reply says MOTION_E_PROTOCOL where anything but an echo was heard,
  * else MOTION_E_TIMEOUT. */

@@ -107,24 +107,3 @@ bool modbus_rtu_is_sealed(const uint8_t *frame, unsigned length)
            modbus_rtu_crc(frame, length - 2) ==
                (uint16_t)(frame[length - 2] | frame[length - 1] << 8);
 }
-
-int modbus_rtu_put_request(const struct hal_modbus_request *request,
-                           uint8_t frame[MODBUS_RTU_FRAME_MAX])
-{
-    const int length = modbus_pdu_put_request(request, frame + 1);
-
-    if (length < 0)
-        return length;
-    return (int)modbus_rtu_seal(frame, request->unit, (unsigned)length);
-}
-
-void modbus_rtu_take_answer(const struct hal_modbus_request *request,
-                            const uint8_t *frame, unsigned length,
-                            struct hal_modbus_reply *reply)
-{
-    reply->err = MOTION_E_PROTOCOL;
-    reply->exception = 0;
-    reply->count = 0;
-    if (modbus_rtu_is_sealed(frame, length) && frame[0] == request->unit)
-        modbus_pdu_take_answer(request, frame + 1, length - AROUND, reply);
-}

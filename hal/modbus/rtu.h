@@ -62,12 +62,4 @@ unsigned modbus_rtu_seal(uint8_t frame[MODBUS_RTU_FRAME_MAX], uint8_t unit,
 /* Long enough and with the right CRC? */
 bool modbus_rtu_is_sealed(const uint8_t *frame, unsigned length);
 
-/* Bytes of the request's frame, or MOTION_E_ARG. */
-int modbus_rtu_put_request(const struct hal_modbus_request *request,
-                           uint8_t frame[MODBUS_RTU_FRAME_MAX]);
-/* As modbus_pdu_take_answer, unit and CRC looked at too. */
-void modbus_rtu_take_answer(const struct hal_modbus_request *request,
-                            const uint8_t *frame, unsigned length,
-                            struct hal_modbus_reply *reply);
-
 #endif

@@ -10,6 +10,7 @@
 #include "hal/modbus/tcp.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/hal/linux/modbus_bank.h"
+#include "tests/support/rtu_frame.h"
 
 #define FRAME_MAX 300
 
@@ -63,7 +64,7 @@ static void fuzz_modbus_answers(const struct hal_modbus_request *request,
                        : length == modbus_pdu_answer_length(request),
                    "an answer has its length");
     reply = (struct hal_modbus_reply){ 0 };
-    modbus_rtu_take_answer(request, frame, length, &reply);
+    rtu_frame_take_answer(request, frame, length, &reply);
     fuzz_modbus_claim(request, &reply);
     if (reply.err == MOTION_OK)
         fuzz_claim(modbus_rtu_is_sealed(frame, length), "with the right CRC");
@@ -76,7 +77,7 @@ static void fuzz_modbus_answers(const struct hal_modbus_request *request,
     memcpy(sealed + 1, frame, length);
     const unsigned whole = modbus_rtu_seal(sealed, 9, length);
     reply = (struct hal_modbus_reply){ 0 };
-    modbus_rtu_take_answer(request, sealed, whole, &reply);
+    rtu_frame_take_answer(request, sealed, whole, &reply);
     fuzz_modbus_claim(request, &reply);
 }
 

@@ -1,5 +1,6 @@
 /* tests/firmware/mcu/board.c - see board.h. */
 #include "tests/firmware/mcu/board.h"
+#include "tests/support/rtu_frame.h"
 
 #include <string.h>
 
@@ -106,7 +107,7 @@ unsigned board_put_write(uint8_t frame[256], uint16_t address,
                                           .count = (uint16_t)count };
 
     memcpy(request.value, value, count * sizeof *value);
-    return (unsigned)modbus_rtu_put_request(&request, frame);
+    return (unsigned)rtu_frame_put_request(&request, frame);
 }
 
 bool board_send(struct board *board, uint16_t address, const uint16_t *value,

@@ -21,6 +21,7 @@
 #include "tests/firmware/mcu/feed.h"
 #include "tests/firmware/mcu/master.h"
 #include "tests/support/piece_text.h"
+#include "tests/support/rtu_frame.h"
 
 #define PLAY_PAUSE_NS 20000000
 #define PLAY_BYTE_NS  100000 /* of the line */
@@ -72,7 +73,7 @@ static int play_disturb(struct play *play, const uint16_t piece[],
     play->damaged_due += play->damaged;
     for (; play->damaged_due >= 8; play->damaged_due -= 8) {
         uint8_t frame[DAMAGE_MAX];
-        unsigned length = (unsigned)modbus_rtu_put_request(&request, frame);
+        unsigned length = (unsigned)rtu_frame_put_request(&request, frame);
         length = damage_frame(frame, length, play_draw(DAMAGE_KINDS),
                               play_draw(length));
         if (write(modbus_get_socket(play->master.line), frame, length) < 0)

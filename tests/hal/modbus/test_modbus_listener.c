@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "tests/support/check.h"
+#include "tests/support/rtu_frame.h"
 
 #define CASES 20000
 #define HEARD 2048
@@ -325,13 +326,13 @@ static void an_identification_ends_where_it_says(void **state)
         heard.request.function = is_report ? 0x11 : 0x2B;
         heard.length = 0;
         heard.sent_length =
-            (unsigned)modbus_rtu_put_request(&heard.request, heard.sent);
+            (unsigned)rtu_frame_put_request(&heard.request, heard.sent);
         memcpy(heard.answer + 1, is_report ? report : pdu,
                is_report ? sizeof report : sizeof pdu);
         heard.answer_length = modbus_rtu_seal(
             heard.answer, 9, is_report ? sizeof report : sizeof pdu);
-        modbus_rtu_take_answer(&heard.request, heard.answer,
-                               heard.answer_length, &heard.want);
+        rtu_frame_take_answer(&heard.request, heard.answer, heard.answer_length,
+                              &heard.want);
         put_strays(&heard, i % 4);
         put(&heard, heard.answer, heard.answer_length);
         heard.whole = heard.length;

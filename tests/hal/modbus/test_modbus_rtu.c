@@ -9,6 +9,7 @@
 #include "hal/modbus/tcp.h"
 #include "tests/hal/linux/modbus_bank.h"
 #include "tests/support/check.h"
+#include "tests/support/rtu_frame.h"
 
 static unsigned bytes_of(const char *text, uint8_t *out)
 {
@@ -92,7 +93,7 @@ static void frames_are_those_of_the_manuals(void **state)
 
         if (!modbus_rtu_is_sealed(want, length))
             fail_msg("%s: CRC", manual[i].name);
-        if (modbus_rtu_put_request(&manual[i].request, got) != (int)length ||
+        if (rtu_frame_put_request(&manual[i].request, got) != (int)length ||
             memcmp(want, got, length) != 0)
             fail_msg("%s: other bytes", manual[i].name);
     }
@@ -297,7 +298,7 @@ static void answers_of_any_length_are_taken_whole_or_not(void **state)
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(row); i++) {
         const unsigned want = bytes_of(row[i].frame, pdu);
-        const int got = modbus_rtu_put_request(&row[i].request, frame);
+        const int got = rtu_frame_put_request(&row[i].request, frame);
 
         assert_int_equal(got, (int)want);
         assert_memory_equal(frame, pdu, want);

@@ -10,6 +10,7 @@
 #include "hal/modbus/rtu_slave.h"
 #include "tests/hal/linux/modbus_bank.h"
 #include "tests/support/check.h"
+#include "tests/support/rtu_frame.h"
 
 #define MS   INT64_C(1000000)
 #define UNIT 9
@@ -291,7 +292,7 @@ static void no_corrupted_request_writes(void **state)
                                                     .address = 3,
                                                     .count = 1,
                                                     .value = { 0x5A5A } };
-        unsigned length = (unsigned)modbus_rtu_put_request(&request, frame);
+        unsigned length = (unsigned)rtu_frame_put_request(&request, frame);
 
         length =
             sim_modbus_spoil((enum sim_modbus_fault)check_random_in(
