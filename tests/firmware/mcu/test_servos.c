@@ -40,7 +40,9 @@ static void load(const char *name)
     snprintf(path, sizeof path, "hal/maps/%s.yaml", name);
     if (modbus_map_load(&disk_files, path, &map, message) < 0)
         fail_msg("%s", message);
-    map.line = (struct modbus_rtu_line){ 115200, MODBUS_PARITY_NONE, 1, 0 };
+    map.line = (struct modbus_rtu_line){ .baud = 115200,
+                                         .parity = MODBUS_PARITY_NONE,
+                                         .stop_bits = 1 };
 }
 
 static int open_line(const struct modbus_rtu_line *wanted)
