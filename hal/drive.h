@@ -326,7 +326,7 @@ static inline int hal_drive_go(struct hal_drive *drive,
 static inline int hal_drive_reach(struct hal_drive *drive, int64_t pos_q32,
                                   struct hal_drive_reach *reach)
 {
-    *reach = (struct hal_drive_reach){ .counts = 0 };
+    reach->counts = reach->min_counts = reach->max_counts = 0;
     return drive->ops->reach != NULL ? drive->ops->reach(drive, pos_q32, reach)
                                      : MOTION_OK;
 }

@@ -141,7 +141,7 @@ const char *hal_modbus_exception_text(uint8_t exception);
  * path, and 0B, no answer): an answer is missing, none was refused. */
 bool hal_modbus_is_missing(const struct hal_modbus_reply *reply);
 /* What a reply that is no answer says, in words. */
-#define HAL_MODBUS_BROKE "the connection broke"
+#define HAL_MODBUS_BROKE "there is no connection"
 const char *hal_modbus_reply_text(const struct hal_modbus_reply *reply);
 
 /* Counts a finished transaction. */

@@ -14,8 +14,8 @@
  * within two ticks for every 96. */
 #define STEP_RISE_BITS 5
 /* Instructions of a Cortex-M4, in hundreds. */
-#define STEP_EFFORT_MAKE    9
-#define STEP_EFFORT_TAKE    11
+#define STEP_EFFORT_MAKE    10
+#define STEP_EFFORT_TAKE    12
 #define STEP_EFFORT_SPAN    6
 #define STEP_EFFORT_AXIS    7
 #define STEP_EFFORT_END     3

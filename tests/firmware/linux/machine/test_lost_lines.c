@@ -463,7 +463,7 @@ static void a_connection_that_broke_is_the_bus_gone(void **state)
     for (unsigned i = 0; i < LINES; i++) {
         assert_true(line[i].broke);
         assert_string_equal(line[i].bench.feedback.fault_text,
-                            "lost, then switched off: the connection broke");
+                            "lost, then switched off: there is no connection");
     }
 }
 
@@ -488,7 +488,7 @@ static void expect_random(struct line *self, unsigned run)
     const struct strict_bench *bench = &self->bench;
     const char *text = random_text(self);
     const bool is_said = strcmp(text, "no answer in time") == 0 ||
-                         strcmp(text, "the connection broke") == 0 ||
+                         strcmp(text, "there is no connection") == 0 ||
                          strcmp(text, "its answers are broken") == 0;
 
     if (bench->servo.torque || bench->servo.cuts > 0 ||

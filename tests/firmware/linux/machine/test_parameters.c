@@ -319,7 +319,7 @@ static void what_the_drive_refuses_is_a_fault_that_says_why(void **state)
     SERVO_OF(sim_modbus_servo, &sim, 1)->known[0x7777 / 8] = 0;
     pass(INT64_C(3000000000));
     expect_state(0, HAL_DRIVE_FAULT, "0x2345:00 refused: no such object");
-    expect_state(1, HAL_DRIVE_FAULT, "was not written: illegal data address");
+    expect_state(1, HAL_DRIVE_FAULT, "not written: illegal data address");
 }
 
 #define parameter_test(name)                                                   \
