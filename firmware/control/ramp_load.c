@@ -7,7 +7,8 @@
 /* value / 2^bits as m / 2^e, m below 2^24, rounded up. */
 static struct controller_scale limit_scale(int64_t value, int bits)
 {
-    for (value++; value > (1 << 24) - 1 || bits > 62; bits--)
+    value = ramp_least(value, INT64_MAX - 1) + 1;
+    for (; value > (1 << 24) - 1 || bits > 62; bits--)
         value = (value >> 1) + 1;
     return (struct controller_scale){ (uint32_t)value, (uint8_t)bits };
 }
@@ -23,6 +24,14 @@ static int64_t limit_peak_vel(const struct controller *controller, unsigned i)
     return ramp_most(controller->axis[i].vel_peak_q32, 1);
 }
 
+/* A little more than a / b, Q40. */
+static int64_t limit_above(int64_t a, int64_t b)
+{
+    return ramp_least(motion_fixed_muldiv_sat(a, (int64_t)1 << 40, b),
+                      INT64_MAX - 1) +
+           1;
+}
+
 /* G and K, s, Q40. */
 static void limit_units(const struct controller *controller, int64_t *g_q40,
                         int64_t *k_q40)
@@ -35,14 +44,10 @@ static void limit_units(const struct controller *controller, int64_t *g_q40,
         const struct motion_clock_limit limit =
             controller_limit(controller, i, false);
         *g_q40 = ramp_most(
-            *g_q40, motion_fixed_muldiv_sat(limit_peak_vel(controller, i),
-                                            (int64_t)1 << 40, limit.acc_q32) +
-                        1);
+            *g_q40, limit_above(limit_peak_vel(controller, i), limit.acc_q32));
         if (limit.jerk_q32 > 0)
-            *k_q40 = ramp_most(*k_q40, motion_fixed_muldiv_sat(limit.acc_q32,
-                                                               (int64_t)1 << 40,
-                                                               limit.jerk_q32) +
-                                           1);
+            *k_q40 =
+                ramp_most(*k_q40, limit_above(limit.acc_q32, limit.jerk_q32));
     }
 }
 

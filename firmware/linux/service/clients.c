@@ -67,16 +67,18 @@ int service_clients_open(struct service_clients *clients, const char *path,
     clients->listener = -1;
     for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
         clients->client[i].file = -1;
-    clients_make_lock(clients);
-    clients->bell = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    clients_make_rooms(clients);
     if (clients_may_be_many())
         clients->listener = service_listen(path, mode);
     else
         error_say("%s: too few files may be open for its clients, expected "
                   "ulimit -n %d or more",
                   path, CLIENTS_FILES);
-    return clients->listener < 0 ? -1 : 0;
+    if (clients->listener < 0)
+        return -1;
+    clients_make_lock(clients);
+    clients->bell = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    clients_make_rooms(clients);
+    return 0;
 }
 
 static void client_close(struct service_client *client)

@@ -98,10 +98,10 @@ static int make_folder(void **state)
         return -1;
     path_of(bench.rig, "rig.yaml");
     put("rig.yaml", rig_text);
-    return job_read_rig(&disk_files, bench.rig, &bench.loaded, &messages) ==
-                   STATUS_OK
-               ? 0
-               : -1;
+    const enum status status =
+        job_read_rig(&disk_files, bench.rig, &bench.loaded, &messages);
+    messages_free(&messages);
+    return status == STATUS_OK ? 0 : -1;
 }
 
 static int clear_folder(void **state)
