@@ -753,7 +753,7 @@ static int homing_pick(const struct homing *homing)
 
 static void homing_begin_here(struct homing *homing)
 {
-    int64_t at_q32[2];
+    int64_t at_q32[2] = { 0 };
     for (unsigned rail = 0; rail < homing_rails(homing); rail++)
         at_q32[rail] = homing_rail(homing, rail)->target.pos_q32;
     if (homing_know(homing, at_q32) < 0)

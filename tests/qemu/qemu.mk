@@ -39,7 +39,8 @@ QEMU_SRC_play   := tests/qemu/mcu_play.c hal/drive/drive.c \
     $(filter-out %/registers.c,$(wildcard firmware/mcu/*.c)) \
     $(wildcard firmware/control/*.c) \
     $(wildcard hal/drive/modbus/*.c hal/drive/virtual/*.c hal/mcu/*.c hal/support/*.c) \
-    $(addprefix hal/modbus/,bus.c map.c master.c modbus.c pdu.c rtu.c)
+    $(addprefix hal/modbus/,bus.c listener.c map.c master.c modbus.c pdu.c rtu.c \
+      serial.c)
 QEMU_SRC_golden := tests/qemu/golden.c tests/bench/otg_random.c
 QEMU_SRC_orient := tests/qemu/golden_orient.c
 QEMU_SRC_cost   := tests/bench/curves_image.c

@@ -33,7 +33,7 @@ void job_approach_text(const struct rig_axis *axis, int err, int64_t from_q32,
                        int64_t to_q32, char text[JOB_APPROACH_TEXT_MAX])
 {
     static const double most_ns =
-        (double)(MOTION_TRACK_SEGMENT_MAX_NS_Q12 / MOTION_FIXED_NS_Q12);
+        (double)MOTION_TRACK_SEGMENT_MAX_NS_Q12 / MOTION_FIXED_NS_Q12;
     char from[NUMBER_MAX], to[NUMBER_MAX];
     const char *unit = units_axis_text(axis->unit);
     number_short(from, from_q32, 32);

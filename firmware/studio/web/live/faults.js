@@ -26,6 +26,9 @@ export const advices = {
   TRACK: "The file of the move was read too slowly: put it on a local disk, then Reset.",
   GUARDIAN:
     "Nobody would take the drives' torque if slew were killed: see who ended its guardian, and start slew again.",
+  COUNTER: "Move the axis back by hand, or clear the drive's position, then Reset and home it.",
+  INPUT: "See that the input's chip and cable are there, then Reset.",
+  RACKING: "See what holds one rail back, square the bridge by hand, then Reset and home it.",
   ARRIVAL: "See that the axis moves freely and its profile is possible, then Reset.",
 };
 
