@@ -180,8 +180,8 @@ static unsigned few_reads(unsigned count)
 {
     unsigned good = 0;
 
-    for (uint16_t i = 0; i < count; i++) {
-        const int err = few_read(i);
+    for (unsigned i = 0; i < count; i++) {
+        const int err = few_read((uint16_t)i);
 
         if (err != MOTION_OK)
             assert_int_equal(err, MOTION_E_TIMEOUT);

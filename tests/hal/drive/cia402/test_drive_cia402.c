@@ -1208,58 +1208,74 @@ static void a_drive_that_sends_sync_is_refused(void **state)
     }
 }
 
+static const struct counter_row {
+    int32_t min, max;
+    bool there, refused;
+} counter_rows[] = {
+    { -200000, 200000, true, false }, { -200000, 199999, true, true },
+    { -199999, 200000, true, true },  { 0, 0, true, false },
+    { 5, -5, true, false },           { INT32_MIN, INT32_MAX, true, false },
+    { 0, 0, false, false },
+};
+
+static void counter_put(struct mini *mini, const struct counter_row *row)
+{
+    for (uint8_t sub = 1; row->there && sub <= 2; sub++)
+        mini->object[mini->object_count++] = (struct mini_object){
+            .index = 0x607B,
+            .sub = sub,
+            .size = 4,
+            .value = (uint32_t)(sub == 1 ? row->min : row->max)
+        };
+}
+
+static void counter_is_refused(struct bench *b)
+{
+    until(b, HAL_DRIVE_FAULT, 3000);
+    assert_text(b, "0x607B:0");
+    assert_text(b, "199999, within the axis's range");
+}
+
+static void counter_ends(struct bench *b, const struct counter_row *row)
+{
+    const int32_t min = row->min, max = row->max;
+    const bool narrow = max > min && max != INT32_MAX;
+    struct hal_drive_reach reach;
+
+    until(b, HAL_DRIVE_OFF, 3000);
+    assert_int_equal(
+        hal_drive_reach(&b->drive.drive, (int64_t)max * ONE, &reach),
+        MOTION_OK);
+    assert_int_equal(reach.counts, max);
+    assert_int_equal(reach.max_counts, narrow ? max : INT32_MAX);
+    assert_int_equal(reach.min_counts, narrow ? min : INT32_MIN);
+    if (narrow)
+        assert_int_equal(
+            hal_drive_reach(&b->drive.drive, (int64_t)(min - 1) * ONE, &reach),
+            MOTION_E_RANGE);
+    assert_int_equal(set_pos(b, (max + (int64_t)narrow) * ONE),
+                     narrow ? MOTION_E_RANGE : MOTION_OK);
+}
+
 /* Its own position range, 0x607B, ends the counter; two that are none do not. */
 static void the_counter_ends_where_607b_says(void **state)
 {
-    static const struct {
-        int32_t min, max;
-        bool there, refused;
-    } rows[] = {
-        { -200000, 200000, true, false }, { -200000, 199999, true, true },
-        { -199999, 200000, true, true },  { 0, 0, true, false },
-        { 5, -5, true, false },           { INT32_MIN, INT32_MAX, true, false },
-        { 0, 0, false, false },
-    };
     struct drive_cia402_config config = drive_config;
     struct bench *b = *state;
 
     config.counts_num = config.counts_den = 1;
-    for (size_t i = 0; i < 2 * ARRAY_LEN(rows); i++) {
-        const int32_t min = rows[i / 2].min, max = rows[i / 2].max;
-        const bool narrow = max > min && max != INT32_MAX;
+    for (size_t i = 0; i < 2 * ARRAY_LEN(counter_rows); i++) {
+        const struct counter_row *row = &counter_rows[i / 2];
         const bool ranged = i % 2 == 0;
-        struct hal_drive_reach reach;
 
         config.pos_min_q32 = ranged ? -200000 * ONE : 0;
         config.pos_max_q32 = ranged ? 200000 * ONE : 0;
         bench_of(b, &config);
-        if (rows[i / 2].there) {
-            b->mini.object[b->mini.object_count++] = (struct mini_object){
-                .index = 0x607B, .sub = 1, .size = 4, .value = (uint32_t)min
-            };
-            b->mini.object[b->mini.object_count++] = (struct mini_object){
-                .index = 0x607B, .sub = 2, .size = 4, .value = (uint32_t)max
-            };
-        }
-        if (rows[i / 2].refused && ranged) {
-            until(b, HAL_DRIVE_FAULT, 3000);
-            assert_text(b, "0x607B:0");
-            assert_text(b, "199999, within the axis's range");
-            continue;
-        }
-        until(b, HAL_DRIVE_OFF, 3000);
-        assert_int_equal(
-            hal_drive_reach(&b->drive.drive, (int64_t)max * ONE, &reach),
-            MOTION_OK);
-        assert_int_equal(reach.counts, max);
-        assert_int_equal(reach.max_counts, narrow ? max : INT32_MAX);
-        assert_int_equal(reach.min_counts, narrow ? min : INT32_MIN);
-        if (narrow)
-            assert_int_equal(hal_drive_reach(&b->drive.drive,
-                                             (int64_t)(min - 1) * ONE, &reach),
-                             MOTION_E_RANGE);
-        assert_int_equal(set_pos(b, (max + (int64_t)narrow) * ONE),
-                         narrow ? MOTION_E_RANGE : MOTION_OK);
+        counter_put(&b->mini, row);
+        if (row->refused && ranged)
+            counter_is_refused(b);
+        else
+            counter_ends(b, row);
     }
 }
 
