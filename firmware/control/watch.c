@@ -50,10 +50,15 @@ bool controller_input(struct hal_gpio *line)
     return line != NULL && hal_gpio_get(line) != 0;
 }
 
-/* It counts as active; why is another matter. */
-static bool watch_is_lost(struct hal_gpio *line)
+/* Name the fault that one of two lines has raised: a line that cannot be read counts
+ * as active. */
+static enum controller_fault watch_why(struct hal_gpio *const line[2],
+                                       enum controller_fault active)
 {
-    return line != NULL && hal_gpio_get(line) < 0;
+    for (unsigned i = 0; i < 2; i++)
+        if (line[i] != NULL && hal_gpio_get(line[i]) < 0)
+            return CONTROLLER_FAULT_INPUT;
+    return active;
 }
 
 /* The set point that was in force when the position was measured. */
@@ -208,13 +213,12 @@ static void watch_switches(struct controller *controller, unsigned i)
     const int64_t vel_q32 = watch_vel_q32(axis);
     const bool towards = (low && vel_q32 < 0) || (high && vel_q32 > 0);
     const bool is_awaited = axis->seeking || axis->by_profile;
-    const bool is_lost = watch_is_lost(axis->switches.limit_negative) ||
-                         watch_is_lost(axis->switches.limit_positive);
+    struct hal_gpio *const line[] = { axis->switches.limit_negative,
+                                      axis->switches.limit_positive };
     if ((low && high) || (towards && !is_awaited))
         controller_raise(controller,
-                         is_lost ? CONTROLLER_FAULT_INPUT
-                                 : CONTROLLER_FAULT_LIMIT_SWITCH,
-                         (int)i, axis->feedback.pos_q32, 0);
+                         watch_why(line, CONTROLLER_FAULT_LIMIT_SWITCH), (int)i,
+                         axis->feedback.pos_q32, 0);
 }
 
 /* While there is still enough to stop on, eight ticks at least; where no stop has been
@@ -259,13 +263,10 @@ static void watch_estop(struct controller *controller)
 {
     struct controller_estop *estop = &controller->estop;
     controller_estop_look(estop, controller->now_ns);
-    const bool is_lost =
-        watch_is_lost(estop->channel[0]) || watch_is_lost(estop->channel[1]);
     if (estop->is_active)
         controller_raise(controller,
-                         is_lost ? CONTROLLER_FAULT_INPUT
-                                 : CONTROLLER_FAULT_ESTOP,
-                         -1, 0, 0);
+                         watch_why(estop->channel, CONTROLLER_FAULT_ESTOP), -1,
+                         0, 0);
     if (!estop->disagrees)
         return;
     controller_raise(controller, CONTROLLER_FAULT_ESTOP_CHANNELS, -1, 0, 0);
