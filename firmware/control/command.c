@@ -97,11 +97,6 @@ static int64_t controller_rate_most(int64_t peak, int64_t limit, int power)
     return low;
 }
 
-static int64_t controller_least(int64_t a, int64_t b)
-{
-    return a < b ? a : b;
-}
-
 static int64_t controller_axis_rate_most(const struct controller *controller,
                                          unsigned index)
 {
@@ -112,10 +107,10 @@ static int64_t controller_axis_rate_most(const struct controller *controller,
         controller_rate_most(axis->vel_peak_q32, limit.vel_q32, 1);
     const int64_t acc = controller_rate_most(
         controller_peak(axis->track, MOTION_ACC), limit.acc_q32, 2);
-    const int64_t most = controller_least(vel, acc);
+    const int64_t most = motion_fixed_least(vel, acc);
     if (limit.jerk_q32 == 0)
         return most;
-    return controller_least(
+    return motion_fixed_least(
         most, controller_rate_most(controller_peak(axis->track, MOTION_JERK),
                                    limit.jerk_q32, 3));
 }
@@ -207,8 +202,8 @@ static int64_t controller_rate(const struct controller *controller)
 {
     return controller->jog != NULL
                ? MOTION_CLOCK_WARP_ONE_Q30
-               : controller_least(controller->override_q30,
-                                  controller->override_max_q30);
+               : motion_fixed_least(controller->override_q30,
+                                    controller->override_max_q30);
 }
 
 /* Only windows run out; for others it would be work for nothing. */
@@ -265,8 +260,8 @@ static bool controller_load(struct controller *controller,
         if (track[i]->end_ns_q12 > controller->move_end_ns_q12)
             controller->move_end_ns_q12 = track[i]->end_ns_q12;
         controller->override_max_q30 =
-            controller_least(controller->override_max_q30,
-                             controller_axis_rate_most(controller, i));
+            motion_fixed_least(controller->override_max_q30,
+                               controller_axis_rate_most(controller, i));
         if (!controller_admit(controller, i, track[i], 0))
             controller->override_max_q30 = 0;
     }
@@ -405,7 +400,7 @@ void controller_slow_down(struct controller *controller,
     controller_enter(controller, state);
     controller->rest_by_ns =
         has_ramp ? due_ns
-                 : controller_least(
+                 : motion_fixed_least(
                        due_ns, controller->clock_ns +
                                    controller_step_bound_ns(controller, false));
     if (!has_ramp && controller_freeze(controller))

@@ -24,15 +24,6 @@ unsigned controller_gantry_other(const struct controller_gantry *gantry,
     return gantry->axis[gantry->axis[0] == axis ? 1 : 0];
 }
 
-/* What is beyond the format stays at its end, where the gate refuses it. */
-static int64_t gantry_sum(int64_t a, int64_t b)
-{
-    int64_t sum;
-    if (motion_fixed_add(a, b, &sum) < 0)
-        return b < 0 ? INT64_MIN : INT64_MAX;
-    return sum;
-}
-
 /* How far a rail is from the other, by the set points of the motion under way. */
 static int64_t gantry_beside_q32(const struct controller_gantry *gantry,
                                  unsigned axis)
@@ -44,8 +35,8 @@ static int64_t gantry_apart_q32(const struct controller *controller,
                                 const struct controller_gantry *gantry)
 {
     const struct controller_axis *axis = controller->axis;
-    return gantry_sum(axis[gantry->axis[1]].target.pos_q32,
-                      -axis[gantry->axis[0]].target.pos_q32);
+    return motion_fixed_add_sat(axis[gantry->axis[1]].target.pos_q32,
+                                -axis[gantry->axis[0]].target.pos_q32);
 }
 
 /* --- the tick --- */
@@ -61,8 +52,8 @@ static void gantry_follow(struct controller *controller)
         if (axis->along == NULL)
             continue;
         const struct motion_sample sample = {
-            .pos_q32 = gantry_sum(leader->target.pos_q32,
-                                  gantry_beside_q32(gantry, own)),
+            .pos_q32 = motion_fixed_add_sat(leader->target.pos_q32,
+                                            gantry_beside_q32(gantry, own)),
             .vel_q32 = leader->target.vel_q32,
             .acc_q32 = leader->target.acc_q32,
         };
@@ -81,12 +72,13 @@ static void gantry_judge_one(struct controller *controller,
                                    motion_fixed_abs(two->following_q32)
                                ? 0
                                : 1;
-    int64_t racking_q32 = gantry_sum(one->following_q32, -two->following_q32);
+    int64_t racking_q32 =
+        motion_fixed_add_sat(one->following_q32, -two->following_q32);
     if (one->sent_count == 0 || two->sent_count == 0)
         return;
     if (one->homed && two->homed)
-        racking_q32 =
-            gantry_sum(racking_q32, gantry_apart_q32(controller, gantry));
+        racking_q32 = motion_fixed_add_sat(
+            racking_q32, gantry_apart_q32(controller, gantry));
     if (motion_fixed_abs(racking_q32) > (uint64_t)gantry->racking_q32)
         controller_raise(controller, CONTROLLER_FAULT_RACKING,
                          (int)gantry->axis[worse], racking_q32,
@@ -100,11 +92,6 @@ static void gantry_judge(struct controller *controller)
 }
 
 /* --- before a motion --- */
-
-static int64_t gantry_least(int64_t a, int64_t b)
-{
-    return a < b ? a : b;
-}
 
 static void gantry_reduce(const struct controller *controller, unsigned axis,
                           bool stop, struct motion_clock_limit *limit)
@@ -120,8 +107,8 @@ static void gantry_reduce(const struct controller *controller, unsigned axis,
         stop ? &config->stop : &config->limit;
     if (controller->axis[other].track != NULL)
         return;
-    limit->vel_q32 = gantry_least(limit->vel_q32, most->vel_q32);
-    limit->acc_q32 = gantry_least(limit->acc_q32, most->acc_q32);
+    limit->vel_q32 = motion_fixed_least(limit->vel_q32, most->vel_q32);
+    limit->acc_q32 = motion_fixed_least(limit->acc_q32, most->acc_q32);
     if (limit->jerk_q32 == 0 ||
         (most->jerk_q32 != 0 && most->jerk_q32 < limit->jerk_q32))
         limit->jerk_q32 = most->jerk_q32;
@@ -152,8 +139,8 @@ static bool gantry_keeps(const struct controller *controller,
     const int64_t most_q32 = gantry->racking_q32;
     struct motion_extreme pos;
     motion_track_extreme(track, MOTION_POS, &pos);
-    return pos.min >= gantry_sum(at_q32, -most_q32) &&
-           pos.max <= gantry_sum(at_q32, most_q32);
+    return pos.min >= motion_fixed_add_sat(at_q32, -most_q32) &&
+           pos.max <= motion_fixed_add_sat(at_q32, most_q32);
 }
 
 static int gantry_admit(struct controller *controller,

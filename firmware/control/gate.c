@@ -48,20 +48,10 @@
 #define GATE_STEP      50 /* the part of a T^2 that a step may add */
 #define GATE_DIGITS    12
 
-static int64_t gate_least(int64_t a, int64_t b)
-{
-    return a < b ? a : b;
-}
-
-static int64_t gate_most(int64_t a, int64_t b)
-{
-    return a > b ? a : b;
-}
-
 /* Times T, rounded up; beyond the format there is no limit. */
 static int64_t gate_times(int64_t value_q32, int64_t period_ns)
 {
-    return gate_least(
+    return motion_fixed_least(
                motion_fixed_muldiv_sat(value_q32, period_ns, GATE_SECOND_NS),
                INT64_MAX / 8) +
            1;
@@ -80,10 +70,10 @@ void controller_gate_init(struct controller *controller, unsigned index)
     const int64_t period_ns = controller->config.period_ns;
     const int64_t limit_q32 = gate_acc(config->limit.acc_q32, period_ns);
     const int64_t most_q32 =
-        gate_most(limit_q32, gate_acc(config->stop.acc_q32, period_ns));
+        motion_fixed_most(limit_q32, gate_acc(config->stop.acc_q32, period_ns));
     int64_t step_q32 = limit_q32;
     if (config->limit.jerk_q32 > 0)
-        step_q32 = gate_least(
+        step_q32 = motion_fixed_least(
             step_q32,
             gate_times(gate_acc(config->limit.jerk_q32, period_ns), period_ns));
     axis->gate_vel_q32 = gate_times(config->limit.vel_q32, period_ns);
@@ -152,8 +142,9 @@ void controller_gate_mark(struct controller *controller, unsigned index,
     const bool is_new =
         axis->sent_count == 0 || !controller_range_counts(controller, index);
     axis->highest_q32 =
-        is_new ? pos_q32 : gate_most(axis->highest_q32, pos_q32);
-    axis->lowest_q32 = is_new ? pos_q32 : gate_least(axis->lowest_q32, pos_q32);
+        is_new ? pos_q32 : motion_fixed_most(axis->highest_q32, pos_q32);
+    axis->lowest_q32 =
+        is_new ? pos_q32 : motion_fixed_least(axis->lowest_q32, pos_q32);
 }
 
 /* From low to high, which rounding may have moved out by over_q32.  The first set

@@ -10,21 +10,15 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-static int64_t home_sum(int64_t a, int64_t b)
-{
-    int64_t sum;
-    if (motion_fixed_add(a, b, &sum) < 0)
-        return b < 0 ? INT64_MIN : INT64_MAX;
-    return sum;
-}
-
 void controller_from_drive(const struct controller_axis *axis,
                            struct hal_drive_feedback *feedback)
 {
-    feedback->pos_q32 = home_sum(feedback->pos_q32, axis->offset_q32);
-    feedback->demand_q32 = home_sum(feedback->demand_q32, axis->offset_q32);
+    feedback->pos_q32 =
+        motion_fixed_add_sat(feedback->pos_q32, axis->offset_q32);
+    feedback->demand_q32 =
+        motion_fixed_add_sat(feedback->demand_q32, axis->offset_q32);
     feedback->probe_pos_q32 =
-        home_sum(feedback->probe_pos_q32, axis->offset_q32);
+        motion_fixed_add_sat(feedback->probe_pos_q32, axis->offset_q32);
 }
 
 int controller_to_drive(struct controller_axis *axis,
@@ -105,11 +99,13 @@ int controller_set_position(struct controller *controller, unsigned index,
         return MOTION_E_RANGE;
     axis->offset_q32 = offset_q32;
     axis->homed = true;
-    axis->stands_q32 = home_sum(axis->stands_q32, shift_q32);
-    axis->target.pos_q32 = home_sum(axis->target.pos_q32, shift_q32);
-    axis->feedback.pos_q32 = home_sum(axis->feedback.pos_q32, shift_q32);
+    axis->stands_q32 = motion_fixed_add_sat(axis->stands_q32, shift_q32);
+    axis->target.pos_q32 =
+        motion_fixed_add_sat(axis->target.pos_q32, shift_q32);
+    axis->feedback.pos_q32 =
+        motion_fixed_add_sat(axis->feedback.pos_q32, shift_q32);
     for (unsigned i = 0; i < axis->sent_count; i++)
-        axis->sent_q32[i] = home_sum(axis->sent_q32[i], shift_q32);
+        axis->sent_q32[i] = motion_fixed_add_sat(axis->sent_q32[i], shift_q32);
     axis->highest_q32 = axis->target.pos_q32;
     axis->lowest_q32 = axis->target.pos_q32;
     return MOTION_OK;

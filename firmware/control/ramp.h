@@ -20,16 +20,6 @@
 /* A stop uses so many times the limits at the most: what spans hold. */
 #define RAMP_STOP_TIMES 8
 
-static inline int64_t ramp_least(int64_t a, int64_t b)
-{
-    return a < b ? a : b;
-}
-
-static inline int64_t ramp_most(int64_t a, int64_t b)
-{
-    return a > b ? a : b;
-}
-
 static inline int64_t ramp_size(int64_t value)
 {
     const uint64_t size = motion_fixed_abs(value);

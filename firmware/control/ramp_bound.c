@@ -37,25 +37,25 @@ static void ramp_narrow(struct ramp_bound *bound,
                         const struct ramp_speed *speed, int64_t rate_q30)
 {
     if (speed->vel_q32 > 0)
-        bound->accel_q30 =
-            ramp_least(bound->accel_q30,
-                       motion_fixed_muldiv_sat(limit->acc_q32, (int64_t)1 << 30,
-                                               speed->vel_q32));
+        bound->accel_q30 = motion_fixed_least(
+            bound->accel_q30,
+            motion_fixed_muldiv_sat(limit->acc_q32, (int64_t)1 << 30,
+                                    speed->vel_q32));
     if (limit->jerk_q32 == 0)
         return;
     if (speed->vel_q32 > 0)
-        bound->jerk_q30 =
-            ramp_least(bound->jerk_q30,
-                       motion_fixed_muldiv_sat(
-                           limit->jerk_q32, (int64_t)1 << 30, speed->vel_q32));
+        bound->jerk_q30 = motion_fixed_least(
+            bound->jerk_q30,
+            motion_fixed_muldiv_sat(limit->jerk_q32, (int64_t)1 << 30,
+                                    speed->vel_q32));
     if (speed->acc_q32 > 0 && rate_q30 > 0)
-        bound->accel_q30 =
-            ramp_least(bound->accel_q30,
-                       motion_fixed_muldiv_sat(
-                           motion_fixed_muldiv_sat(
-                               limit->jerk_q32, (int64_t)1 << 30,
-                               motion_fixed_muldiv_sat(3, speed->acc_q32, 1)),
-                           (int64_t)1 << 30, rate_q30));
+        bound->accel_q30 = motion_fixed_least(
+            bound->accel_q30,
+            motion_fixed_muldiv_sat(
+                motion_fixed_muldiv_sat(
+                    limit->jerk_q32, (int64_t)1 << 30,
+                    motion_fixed_muldiv_sat(3, speed->acc_q32, 1)),
+                (int64_t)1 << 30, rate_q30));
 }
 
 /* Without a limit of the axes: what whole ticks leave. */
@@ -71,12 +71,12 @@ static struct ramp_bound ramp_widest(const struct controller *controller)
 static struct ramp_bound ramp_finish(const struct controller *controller,
                                      struct ramp_bound bound)
 {
-    bound.accel_q30 = ramp_most(bound.accel_q30, 1);
+    bound.accel_q30 = motion_fixed_most(bound.accel_q30, 1);
     const int64_t jerk_q30 =
         motion_fixed_muldiv_sat(bound.accel_q30, RAMP_SECOND_NS,
                                 RAMP_TICKS_MIN * controller->config.period_ns);
-    bound.jerk_q30 =
-        ramp_least(ramp_most(bound.jerk_q30, 1), ramp_most(jerk_q30, 1));
+    bound.jerk_q30 = motion_fixed_least(motion_fixed_most(bound.jerk_q30, 1),
+                                        motion_fixed_most(jerk_q30, 1));
     return bound;
 }
 
@@ -100,11 +100,11 @@ controller_ramp_limit(const struct controller *controller, unsigned axis,
     const struct motion_clock_limit limit =
         controller_limit(controller, axis, false);
     struct motion_clock_limit used = controller_limit(controller, axis, stop);
-    used.acc_q32 =
-        ramp_least(used.acc_q32,
-                   motion_fixed_muldiv_sat(limit.acc_q32, RAMP_STOP_TIMES, 1));
+    used.acc_q32 = motion_fixed_least(
+        used.acc_q32,
+        motion_fixed_muldiv_sat(limit.acc_q32, RAMP_STOP_TIMES, 1));
     if (used.jerk_q32 > 0)
-        used.jerk_q32 = ramp_least(
+        used.jerk_q32 = motion_fixed_least(
             used.jerk_q32,
             motion_fixed_muldiv_sat(limit.jerk_q32, RAMP_STOP_TIMES, 1));
     return used;
@@ -146,8 +146,8 @@ int64_t controller_ramp_reserve(const struct controller *controller,
         motion_fixed_muldiv_sat(4 * rate_q30, RAMP_SECOND_NS, bound.accel_q30);
     const int64_t jerk_ns = motion_fixed_muldiv_sat(
         bound.accel_q30, RAMP_SECOND_NS, bound.jerk_q30);
-    const int64_t ns = ramp_least(rate_ns, RAMP_MAX_NS) +
-                       ramp_least(jerk_ns, RAMP_MAX_NS) +
+    const int64_t ns = motion_fixed_least(rate_ns, RAMP_MAX_NS) +
+                       motion_fixed_least(jerk_ns, RAMP_MAX_NS) +
                        8 * controller->config.period_ns;
     return motion_fixed_muldiv_sat(ns * MOTION_FIXED_NS_Q12, rate_q30,
                                    MOTION_CLOCK_WARP_ONE_Q30);

@@ -16,7 +16,9 @@ static int64_t rest_ramp_ticks(const struct controller_step_rest *rest,
 {
     const int64_t cross_q4 = (int64_t)rest->cross_q4 * (rate_q30 >> 14) >> 16;
     const int64_t x_q4 =
-        (k * ramp_most(rest->accel_q4, cross_q4) * (rate_q30 >> 14) >> 16) + 1;
+        (k * motion_fixed_most(rest->accel_q4, cross_q4) * (rate_q30 >> 14) >>
+         16) +
+        1;
     const int64_t root_q14 =
         (int64_t)ramp_root((uint32_t)(k * (rate_q30 >> 2)) | 1) + 1;
     const int64_t s_q4 = (root_q14 * rest->root_q4 >> 14) + 1;
@@ -60,19 +62,19 @@ static int64_t rest_rise_ticks(const struct controller *controller, bool stop,
     const struct motion_clock_warp *warp = &controller->warp;
     struct motion_clock_rate now;
     int64_t a_q56;
-    const int64_t left =
-        ramp_ratio(ramp_most(ramp_end_ns(controller) - controller->clock_ns, 0),
-                   controller->config.period_ns);
+    const int64_t left = ramp_ratio(
+        motion_fixed_most(ramp_end_ns(controller) - controller->clock_ns, 0),
+        controller->config.period_ns);
     motion_clock_warp_at(warp, controller->clock_ns, &now);
     (void)motion_fixed_mulshift(now.accel_q30, controller->step.tick_q56, 30,
                                 &a_q56);
     const int64_t shared =
-        rest_shared_ticks(controller, ramp_most(a_q56, 0), stop);
+        rest_shared_ticks(controller, motion_fixed_most(a_q56, 0), stop);
     *rate_q30 = warp->rate1_q30;
     if (shared >= left)
         return left;
-    *rate_q30 =
-        ramp_least(*rate_q30, now.rate_q30 + a_q56 * shared / RAMP_Q30_Q56);
+    *rate_q30 = motion_fixed_least(*rate_q30, now.rate_q30 + a_q56 * shared /
+                                                                 RAMP_Q30_Q56);
     return shared;
 }
 
@@ -82,26 +84,27 @@ int64_t controller_step_bound_ns(const struct controller *controller, bool stop)
     struct controller_step_fall fall;
     if (controller_step_fall(controller, stop, &fall)) {
         const int64_t a_q56 = fall.begin.accel_q56;
-        ticks = ramp_least(fall.ticks + 1,
-                           rest_shared_ticks(controller, a_q56, stop));
+        ticks = motion_fixed_least(fall.ticks + 1,
+                                   rest_shared_ticks(controller, a_q56, stop));
         rate_q30 =
             (fall.begin.rate_q56 + a_q56 / 2 * (ticks + 1)) / RAMP_Q30_Q56;
     } else if (controller->warp.rate1_q30 > rate_q30) {
         ticks = rest_rise_ticks(controller, stop, &rate_q30);
     }
-    rate_q30 = ramp_least(rate_q30, MOTION_CLOCK_WARP_MAX_Q30 - 1);
+    rate_q30 = motion_fixed_least(rate_q30, MOTION_CLOCK_WARP_MAX_Q30 - 1);
     ticks += controller_step_rest_ticks(controller, rate_q30, stop);
-    return ramp_least(ticks * controller->config.period_ns, RAMP_MAX_NS);
+    return motion_fixed_least(ticks * controller->config.period_ns,
+                              RAMP_MAX_NS);
 }
 
 static int32_t rest_q4(const struct controller *controller, int64_t accel_q30)
 {
     const int64_t q4 = motion_fixed_muldiv_sat(
         16 * RAMP_SECOND_NS, (int64_t)1 << 30,
-        ramp_most(
+        motion_fixed_most(
             motion_fixed_muldiv_sat(accel_q30, controller->config.period_ns, 1),
             1));
-    return (int32_t)ramp_least(q4 + 1, REST_MOST_Q4);
+    return (int32_t)motion_fixed_least(q4 + 1, REST_MOST_Q4);
 }
 
 struct controller_step_rest
@@ -111,7 +114,7 @@ controller_step_rest(const struct controller *controller, bool stop)
     const struct ramp_bound slow = controller_ramp_bound(controller, 0, stop);
     const struct ramp_bound fast =
         controller_ramp_bound(controller, MOTION_CLOCK_WARP_MAX_Q30, stop);
-    const int64_t jerk_q56 = ramp_most(
+    const int64_t jerk_q56 = motion_fixed_most(
         motion_fixed_muldiv_sat(
             motion_fixed_muldiv_sat(slow.jerk_q30, period_ns, RAMP_SECOND_NS),
             period_ns * RAMP_Q30_Q56, RAMP_SECOND_NS),
@@ -123,6 +126,6 @@ controller_step_rest(const struct controller *controller, bool stop)
         jerk_q56,
         rest_q4(controller, slow.accel_q30),
         rest_q4(controller, fast.accel_q30) / 2 + 1,
-        (int32_t)ramp_least(root_q4, REST_MOST_Q4),
+        (int32_t)motion_fixed_least(root_q4, REST_MOST_Q4),
     };
 }

@@ -130,7 +130,7 @@ int controller_ramp_schedule(struct controller *controller,
     motion_clock_warp_at(&controller->warp, begin_ns, &then);
     const struct controller_step_state at = {
         then.rate_q30 * RAMP_Q30_Q56, 0,
-        ramp_least(then.s_ns_q12, controller->move_end_ns_q12)
+        motion_fixed_least(then.s_ns_q12, controller->move_end_ns_q12)
     };
     scheduled_lay(&controller->step, CONTROLLER_SCHEDULED_FIRST, &at);
     return MOTION_OK;
@@ -156,7 +156,7 @@ int32_t controller_ramp_find(struct controller *controller, int64_t begin_ns,
 {
     const int32_t period_ns = (int32_t)controller->config.period_ns;
     const int64_t most =
-        ramp_least(SCHEDULED_MOST_NS / period_ns, SCHEDULED_TICKS_MAX);
+        motion_fixed_least(SCHEDULED_MOST_NS / period_ns, SCHEDULED_TICKS_MAX);
     int32_t left = SCHEDULED_LOOKS, n = 0;
     ramp->tick_ns = period_ns;
     for (int32_t ticks = 2; ticks <= most; ticks += ticks / 8 + 1)
@@ -215,7 +215,8 @@ static void scheduled_enter(struct controller *controller)
         /* also of a stop that comes before the second ramp */
         controller->rest_by_ns =
             controller->clock_ns + period_ns +
-            ramp_most(dur_ns, controller_step_bound_ns(controller, false));
+            motion_fixed_most(dur_ns,
+                              controller_step_bound_ns(controller, false));
     } else {
         controller->override_q30 = controller->wanted_q30;
         controller->rest_by_ns = 0;

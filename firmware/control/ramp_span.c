@@ -32,12 +32,12 @@ static bool span_piece(struct controller_step *step)
     const int64_t end =
         span_scaled(step->at.accel_q56 + slope * n, step->scales.accel, 0);
     const int64_t jerk = span_scaled(slope, step->scales.jerk, 0);
-    int64_t accel = ramp_most(ramp_size(begin), ramp_size(end));
-    accel = ramp_most(accel, accel * step->scales.cross_q12 >> 12);
-    int64_t most = ramp_most(accel, ramp_size(jerk));
+    int64_t accel = motion_fixed_most(ramp_size(begin), ramp_size(end));
+    accel = motion_fixed_most(accel, accel * step->scales.cross_q12 >> 12);
+    int64_t most = motion_fixed_most(accel, ramp_size(jerk));
     if (step->is_rise)
-        most = ramp_most(most,
-                         span_scaled(step->fall_q56[1], step->scales.jerk, 0));
+        most = motion_fixed_most(
+            most, span_scaled(step->fall_q56[1], step->scales.jerk, 0));
     step->cut = step->scheduled.state != CONTROLLER_SCHEDULED_NONE
                     ? n / SPAN_SCHEDULED + 1
                 : n > SPAN_LONG ? n / 2 + 1
@@ -145,7 +145,7 @@ static inline int32_t span_turn(const struct controller_step *step,
     const int64_t a = step->at.accel_q56, b = to->accel_q56;
     if (a == 0 || b == 0 || (a < 0) == (b < 0))
         return 0;
-    const int64_t turn = ramp_most(ramp_size(a), ramp_size(b)) / 2 * h;
+    const int64_t turn = motion_fixed_most(ramp_size(a), ramp_size(b)) / 2 * h;
     return (int32_t)((a < 0 ? -turn : turn) >> 32);
 }
 
@@ -179,8 +179,8 @@ span_falls(struct controller_step *step, int32_t h, int64_t *path_ns_q12)
     }
     if (step->fall_q56[1] == step->fall_q56[0])
         span->fall[1] = 0;
-    *path_ns_q12 -= ramp_most(ns_q12[0], ns_q12[1]);
-    return (int32_t)(ramp_most(behind_q32[0], behind_q32[1]) >> 8) + 1;
+    *path_ns_q12 -= motion_fixed_most(ns_q12[0], ns_q12[1]);
+    return (int32_t)(motion_fixed_most(behind_q32[0], behind_q32[1]) >> 8) + 1;
 }
 
 static void span_make(struct controller *controller, int32_t h)
@@ -201,8 +201,9 @@ static void span_make(struct controller *controller, int32_t h)
     const int bits = 16 + step->shift;
     const int64_t begin_q40 = step->accel_q40;
     const int64_t end_q40 = begin_q40 + step->gain_q40 * h;
-    int32_t least = (int32_t)(ramp_least(begin_q40, end_q40) >> bits);
-    const int32_t most = (int32_t) - (-ramp_most(begin_q40, end_q40) >> bits);
+    int32_t least = (int32_t)(motion_fixed_least(begin_q40, end_q40) >> bits);
+    const int32_t most =
+        (int32_t) - (-motion_fixed_most(begin_q40, end_q40) >> bits);
     int64_t path_ns_q12 = step->at.path_ns_q12;
     span->fall[0] = 0;
     if (step->is_rise) {

@@ -65,13 +65,15 @@ static inline int64_t step_known(int64_t known, int64_t value,
                                  int32_t factor_q10)
 {
     const int64_t fit = step_fit(value, factor_q10);
-    return factor_q10 < CONTROLLER_FACTOR_MOST ? fit : ramp_most(known, fit);
+    return factor_q10 < CONTROLLER_FACTOR_MOST ? fit
+                                               : motion_fixed_most(known, fit);
 }
 
 static inline int64_t step_clip(const struct controller_step *step,
                                 int64_t value)
 {
-    return ramp_most(step->least_q56, ramp_least(value, step->most_q56));
+    return motion_fixed_most(step->least_q56,
+                             motion_fixed_least(value, step->most_q56));
 }
 
 /* --- candidates ------------------------------------------------------------ */
@@ -98,15 +100,15 @@ static void step_may_fall(struct controller_step *step, int64_t a, int64_t peak,
                           bool is_down)
 {
     const int64_t least = ramp_size(step->slope_q56[1]);
-    const int64_t most = ramp_most(a, peak);
+    const int64_t most = motion_fixed_most(a, peak);
     step->rise_accel_q56 = most;
     step->is_rise = !is_down && step->n[0] > 0;
     if (!step->is_rise)
         return;
-    step->fall_q56[0] = ramp_most(step->level_q56[0], least);
-    step->fall_q56[1] =
-        ramp_least(ramp_most(step->level_q56[1], step->fall_q56[0]),
-                   16 * step->fall_q56[0]);
+    step->fall_q56[0] = motion_fixed_most(step->level_q56[0], least);
+    step->fall_q56[1] = motion_fixed_least(
+        motion_fixed_most(step->level_q56[1], step->fall_q56[0]),
+        16 * step->fall_q56[0]);
     step->fall_ticks[0] = ramp_ratio(most, step->fall_q56[0]);
     step->fall_ticks[1] = ramp_ratio(most, step->fall_q56[1]);
     step->verdict.fall_q10[0] = CONTROLLER_FACTOR_MOST;
@@ -170,10 +172,11 @@ static void step_further(struct controller_step *step)
     const int64_t reach_q56 =
         step_distance(step) < 0
             ? step->reach_q56
-            : ramp_least(step->reach_q56, step->most_q56 >> STEP_RISE_BITS);
-    const int64_t away = ramp_least(reach_q56, step_div(room, wait));
-    const int64_t peak =
-        ramp_most(a + ramp_most(away, -step->back_q56) * wait, 0);
+            : motion_fixed_least(step->reach_q56,
+                                 step->most_q56 >> STEP_RISE_BITS);
+    const int64_t away = motion_fixed_least(reach_q56, step_div(room, wait));
+    const int64_t peak = motion_fixed_most(
+        a + motion_fixed_most(away, -step->back_q56) * wait, 0);
     const int32_t n = ramp_ratio(peak, step->back_q56);
     /* >> 24: below 2^63 */
     if (((peak >> 24) + 1) * (wait + n) + ((a * wait) >> 24) >
@@ -255,13 +258,14 @@ static void step_steeper(struct controller_step *step, int32_t wait)
     const int64_t a = step->from.accel_q56;
     const int64_t back_q56 = step->rise_q56[step->stop ? 1 : 0];
     const int64_t least = step_steeper_least(step);
-    const int64_t slope = step_clip(step, ramp_most(step->reach_q56, least));
+    const int64_t slope =
+        step_clip(step, motion_fixed_most(step->reach_q56, least));
     if (a <= least)
         return;
     step->wait = wait;
     if (wait == 0 || ramp_ratio(a, slope) <= wait)
         wait = 1;
-    const int64_t peak = ramp_most(a - slope * wait, 0);
+    const int64_t peak = motion_fixed_most(a - slope * wait, 0);
     step_lay(step, -a, wait, -peak, ramp_ratio(peak, back_q56));
     step->is_finish = false;
     step->is_fall = true;
@@ -296,15 +300,15 @@ static void step_make(struct controller *controller)
     (void)motion_fixed_mulshift(at.accel_q30, step->tick_q56, 30,
                                 &step->from.accel_q56);
     step->from.path_ns_q12 =
-        ramp_least(at.s_ns_q12, controller->move_end_ns_q12);
+        motion_fixed_least(at.s_ns_q12, controller->move_end_ns_q12);
     step->stage = STEP_NONE;
     if (step_distance(step) == 0 && step->from.accel_q56 == 0)
         return;
     /* what has failed just now would fail again */
     if (step->from.accel_q56 == 0 && step->tries == 0) {
         step->room_q56 = step->cap_q56 = RAMP_ONE_Q56;
-        step->back_q56 =
-            ramp_most(step->back_q56, step->rest[step->stop ? 1 : 0].jerk_q56);
+        step->back_q56 = motion_fixed_most(
+            step->back_q56, step->rest[step->stop ? 1 : 0].jerk_q56);
     }
     step->tries = 0;
     step->is_early = false;
@@ -390,7 +394,7 @@ static void step_mend(struct controller_step *step,
             if (verdict->fall_q10[i] < 1040)
                 step->level_q56[i] = step_clip(
                     step, step_fit(step->fall_q56[i], verdict->fall_q10[i]));
-        step->back_q56 = ramp_least(step->back_q56, step->level_q56[0]);
+        step->back_q56 = motion_fixed_least(step->back_q56, step->level_q56[0]);
     }
     if (step->piece == 0) {
         step_learn(step, verdict);
@@ -507,7 +511,7 @@ void controller_step_load(struct controller *controller)
     step->rest[1] = controller_step_rest(controller, true);
     step->most_q56 = RAMP_ONE_Q56 / 4;
     if (step->scales.jerk.m > 0)
-        step->most_q56 = ramp_least(
+        step->most_q56 = motion_fixed_least(
             step->most_q56,
             motion_fixed_muldiv_sat(((int64_t)1 << 41) - (1 << 16),
                                     (int64_t)1 << step->scales.jerk.e,
@@ -542,8 +546,9 @@ static void step_fall_back(struct controller *controller, bool stop)
     struct controller_step_fall fall;
     if (!controller_step_fall(controller, stop, &fall))
         return;
-    step->reach_q56 = ramp_most(ramp_most(step->reach_q56, step->back_q56),
-                                step->rise_q56[stop ? 1 : 0]);
+    step->reach_q56 =
+        motion_fixed_most(motion_fixed_most(step->reach_q56, step->back_q56),
+                          step->rise_q56[stop ? 1 : 0]);
     step->spent += STEP_EFFORT_FALL;
     (void)motion_clock_warp_by(&fall.begin, &step->unit, fall.ticks,
                                fall.left_q56, 1, &controller->warp);
@@ -575,8 +580,8 @@ static bool step_aim(struct controller *controller)
     step->target_q30 = controller->wanted_q30;
     /* what was learned by other limits, or elsewhere, may be far less than these leave */
     if (!step_leads_away(controller)) {
-        step->reach_q56 = ramp_most(step->reach_q56, jerk_q56);
-        step->back_q56 = ramp_most(step->back_q56, jerk_q56);
+        step->reach_q56 = motion_fixed_most(step->reach_q56, jerk_q56);
+        step->back_q56 = motion_fixed_most(step->back_q56, jerk_q56);
     }
     step->least_q56 = jerk_q56 / 64 + 1;
     step->room_q56 = step->cap_q56 = RAMP_ONE_Q56;
@@ -650,9 +655,9 @@ static void step_take(struct controller *controller)
         *back = step_clip(step, step_known(*back, ramp_size(step->slope_q56[1]),
                                            step->back_q10));
     /* a sixteenth more per tick */
-    step->cap_q56 = ramp_least(step->cap_q56 + step->cap_q56 / 16 * step->n[0],
-                               RAMP_ONE_Q56);
-    step->room_q56 = ramp_least(step->room_q56, step->cap_q56);
+    step->cap_q56 = motion_fixed_least(
+        step->cap_q56 + step->cap_q56 / 16 * step->n[0], RAMP_ONE_Q56);
+    step->room_q56 = motion_fixed_least(step->room_q56, step->cap_q56);
     step->early = step->is_early ? step->early + 1 : 0;
     if (step->early >= STEP_EARLY && step->lead > 0) {
         step->lead--;
@@ -712,9 +717,10 @@ static void step_search(struct controller *controller)
     if (!step_aim(controller) &&
         controller->warp.rate1_q30 == controller->wanted_q30 &&
         ramp_end_ns(controller) <=
-            ramp_least(controller->clock_ns + (int64_t)2 * RAMP_LEAD_MAX *
-                                                  controller->config.period_ns,
-                       controller_due_ns(controller)))
+            motion_fixed_least(controller->clock_ns +
+                                   (int64_t)2 * RAMP_LEAD_MAX *
+                                       controller->config.period_ns,
+                               controller_due_ns(controller)))
         return;
     if (step->stage != STEP_NONE && step->begin_ns < controller->clock_ns) {
         step->stage = STEP_NONE;

@@ -17,7 +17,7 @@ static void clock_warp_constant(const struct motion_clock_warp *warp,
                                 int64_t past_ns, struct motion_clock_rate *now)
 {
     *now = (struct motion_clock_rate){
-        .s_ns_q12 = clock_warp_add(
+        .s_ns_q12 = motion_fixed_add_sat(
             warp->s1_ns_q12, clock_warp_mul(past_ns, warp->rate1_q30, 18)),
         .rate_q30 = warp->rate1_q30,
     };
@@ -35,7 +35,7 @@ static void clock_piece_at(const struct motion_clock_piece *piece, int64_t dt,
     const int64_t k1x = clock_warp_mul(k[1] + k2x, x, 62);
     const int64_t share = clock_warp_mul(k[0] + k1x, x, 62);
     const int64_t rate = k[0] + clock_warp_mul(2 * k[1] + 3 * k2x, x, 62);
-    now->s_ns_q12 = clock_warp_add(
+    now->s_ns_q12 = motion_fixed_add_sat(
         piece->s0_ns_q12,
         clock_warp_mul(piece->dur_ns * MOTION_FIXED_NS_Q12, share, 56));
     now->rate_q30 = (rate + (1 << 25)) >> 26;
@@ -70,8 +70,8 @@ void motion_clock_warp_sample(const struct motion_clock_rate *now,
     *axis = (struct motion_sample){
         .pos_q32 = track->pos_q32,
         .vel_q32 = clock_warp_mul(track->vel_q32, now->rate_q30, 30),
-        .acc_q32 =
-            clock_warp_add(clock_warp_mul(track->acc_q32, r2_q30, 30),
-                           clock_warp_mul(track->vel_q32, now->accel_q30, 30)),
+        .acc_q32 = motion_fixed_add_sat(
+            clock_warp_mul(track->acc_q32, r2_q30, 30),
+            clock_warp_mul(track->vel_q32, now->accel_q30, 30)),
     };
 }

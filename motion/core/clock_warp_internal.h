@@ -38,12 +38,4 @@ static inline int64_t clock_warp_mul(int64_t a, int64_t b, unsigned bits)
 }
 #endif
 
-static inline int64_t clock_warp_add(int64_t a, int64_t b)
-{
-    int64_t result;
-    if (motion_fixed_add(a, b, &result) < 0)
-        return clock_warp_saturate(a < 0);
-    return result;
-}
-
 #endif

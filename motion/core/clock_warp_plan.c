@@ -158,12 +158,12 @@ void motion_clock_warp_chain(const struct motion_clock_rate *now,
     *axis = (struct motion_state){
         .pos_q32 = track->pos_q32,
         .vel_q32 = clock_warp_mul(track->vel_q32, r, 30),
-        .acc_q32 =
-            clock_warp_add(clock_warp_mul(track->acc_q32, r2, 30),
-                           clock_warp_mul(track->vel_q32, now->accel_q30, 30)),
-        .jerk_q32 = clock_warp_add(
-            clock_warp_add(clock_warp_mul(track->jerk_q32, r3, 30),
-                           clock_warp_mul(track->acc_q32, rr1, 30)),
+        .acc_q32 = motion_fixed_add_sat(
+            clock_warp_mul(track->acc_q32, r2, 30),
+            clock_warp_mul(track->vel_q32, now->accel_q30, 30)),
+        .jerk_q32 = motion_fixed_add_sat(
+            motion_fixed_add_sat(clock_warp_mul(track->jerk_q32, r3, 30),
+                                 clock_warp_mul(track->acc_q32, rr1, 30)),
             clock_warp_mul(track->vel_q32, now->jerk_q30, 30)),
     };
 }

@@ -167,6 +167,25 @@ int motion_fixed_add(int64_t a, int64_t b, int64_t *result);
 int motion_fixed_sub(int64_t a, int64_t b, int64_t *result);
 #endif
 
+/* a + b, saturated. */
+static inline int64_t motion_fixed_add_sat(int64_t a, int64_t b)
+{
+    int64_t sum;
+    if (motion_fixed_add(a, b, &sum) < 0)
+        return b < 0 ? INT64_MIN : INT64_MAX;
+    return sum;
+}
+
+static inline int64_t motion_fixed_least(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+static inline int64_t motion_fixed_most(int64_t a, int64_t b)
+{
+    return a > b ? a : b;
+}
+
 /* |a| without overflow: 2^63 for INT64_MIN. */
 static inline uint64_t motion_fixed_abs(int64_t a)
 {

@@ -4,11 +4,6 @@
 
 #include "motion/core/track_internal.h"
 
-static int64_t summary_most(int64_t a, int64_t b)
-{
-    return a > b ? a : b;
-}
-
 /* Take in one segment, or the outline of a window. */
 static void reach_add(const struct motion_extreme *pos,
                       const struct motion_extreme *vel, int64_t *down_to_q32,
@@ -53,8 +48,8 @@ int64_t motion_track_peak(const struct motion_track *track,
         return quantity == MOTION_ACC ? summary->acc_peak_q32
                                       : summary->jerk_peak_q32;
     for (uint32_t i = 0; i < track->count; i++)
-        peak = summary_most(peak,
-                            motion_segment_peak(&track->segment[i], quantity));
+        peak = motion_fixed_most(
+            peak, motion_segment_peak(&track->segment[i], quantity));
     return peak;
 }
 
@@ -77,9 +72,9 @@ void motion_track_summarise(struct motion_track *track,
         for (int q = MOTION_POS; q <= MOTION_JERK; q++)
             motion_extreme_extend(&summary->extreme[q], &one[q]);
         summary->acc_peak_q32 =
-            summary_most(summary->acc_peak_q32, peak[MOTION_ACC]);
+            motion_fixed_most(summary->acc_peak_q32, peak[MOTION_ACC]);
         summary->jerk_peak_q32 =
-            summary_most(summary->jerk_peak_q32, peak[MOTION_JERK]);
+            motion_fixed_most(summary->jerk_peak_q32, peak[MOTION_JERK]);
         reach_add(&one[MOTION_POS], &one[MOTION_VEL], &summary->down_to_q32,
                   &summary->up_to_q32);
     }

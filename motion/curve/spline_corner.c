@@ -26,11 +26,6 @@ static int64_t corner_dur(const struct corner_law *law, uint32_t span)
     return law->key[span + 1].t_ns_q12 - law->key[span].t_ns_q12;
 }
 
-static int64_t corner_least(int64_t a, int64_t b)
-{
-    return a < b ? a : b;
-}
-
 /* Within half of each span; at a resting end within a quarter, since it is
  * there twice. */
 static struct corner corner_at(const struct corner_law *law, uint32_t i)
@@ -40,14 +35,14 @@ static struct corner corner_at(const struct corner_law *law, uint32_t i)
     if (i == 0 || i == law->count - 1) {
         if (i == 0 ? !law->rest_first : !law->rest_last)
             return corner;
-        corner.half =
-            corner_least(law->half, corner_dur(law, i == 0 ? 0 : i - 1) / 4);
+        corner.half = motion_fixed_least(
+            law->half, corner_dur(law, i == 0 ? 0 : i - 1) / 4);
         corner.time += i == 0 ? corner.half : -corner.half;
         return corner;
     }
-    corner.half = corner_least(
+    corner.half = motion_fixed_least(
         law->half,
-        corner_least(corner_dur(law, i - 1), corner_dur(law, i)) / 2);
+        motion_fixed_least(corner_dur(law, i - 1), corner_dur(law, i)) / 2);
     return corner;
 }
 

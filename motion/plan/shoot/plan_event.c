@@ -197,11 +197,6 @@ static int event_pass(const struct event_walk *walk, int64_t a, int64_t b,
                          event_first(walk->segment, a, b, pos_q32, rising));
 }
 
-static int64_t event_most(int64_t a, int64_t b)
-{
-    return a > b ? a : b;
-}
-
 /* A part that runs one way; what is at its beginning belongs to the one before
  * it. */
 static int event_part(const struct event_walk *walk, int64_t a, int64_t b)
@@ -224,7 +219,7 @@ static int event_part(const struct event_walk *walk, int64_t a, int64_t b)
         rising ? event_step(walk, from, false) + 1 : event_step(walk, to, true);
     const int64_t high =
         rising ? event_step(walk, to, false) : event_step(walk, from, true) - 1;
-    for (int64_t k = event_most(low, walk->first_step);
+    for (int64_t k = motion_fixed_most(low, walk->first_step);
          err == MOTION_OK && k <= high && k <= walk->last_step; k++)
         err = event_pass(walk, a, b, walk->origin_q32 + k * walk->event->every,
                          rising);
