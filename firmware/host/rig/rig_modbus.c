@@ -42,16 +42,30 @@ static int rig_read_parity(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-static int rig_read_stop_bits(void *reader, const struct yaml_value *value,
-                              void *out)
+/* Read one of two counts of bits. */
+static int rig_read_bits(const struct yaml_value *value, int64_t low,
+                         int64_t high, uint8_t *bits)
 {
     int64_t number = 0;
 
-    (void)reader;
-    if (yaml_value_integer(value, 1, 2, &number) < 0)
+    if (yaml_value_integer(value, low, high, &number) < 0)
         return -1;
-    *(uint8_t *)out = (uint8_t)number;
+    *bits = (uint8_t)number;
     return 0;
+}
+
+static int rig_read_stop_bits(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    (void)reader;
+    return rig_read_bits(value, 1, 2, out);
+}
+
+static int rig_read_data_bits(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    (void)reader;
+    return rig_read_bits(value, 7, 8, out);
 }
 
 static int rig_read_framing(void *reader, const struct yaml_value *value,
@@ -64,18 +78,6 @@ static int rig_read_framing(void *reader, const struct yaml_value *value,
     if (yaml_value_choice(value, words, 2, &index) < 0)
         return -1;
     *(bool *)out = index == 1;
-    return 0;
-}
-
-static int rig_read_data_bits(void *reader, const struct yaml_value *value,
-                              void *out)
-{
-    int64_t number = 0;
-
-    (void)reader;
-    if (yaml_value_integer(value, 7, 8, &number) < 0)
-        return -1;
-    *(uint8_t *)out = (uint8_t)number;
     return 0;
 }
 

@@ -615,6 +615,16 @@ static void every_fault_latches_and_nothing_restarts(void **state)
             fault_in_motion(row, at[i]);
 }
 
+/* Move, until drive 1 is in fault and has not told why yet. */
+static void bench_in_fault(struct bench *bench)
+{
+    bench_moving(bench, 120, 1200);
+    bench->drive[1].state = HAL_DRIVE_FAULT;
+    bench->drive[1].awaited = true;
+    bench->drive[1].words = "drive fault";
+    bench_tick(bench);
+}
+
 /* The drive tells why a while after its fault, or not at all; what it says later
  * is of something else. */
 static void the_reason_of_a_drive_completes_the_record(void **state)
@@ -623,11 +633,7 @@ static void the_reason_of_a_drive_completes_the_record(void **state)
     for (int after = 0; after < 1300; after += 100) {
         struct bench bench;
         const struct controller_fault_record *fault = &bench.controller.fault;
-        bench_moving(&bench, 120, 1200);
-        bench.drive[1].state = HAL_DRIVE_FAULT;
-        bench.drive[1].awaited = true;
-        bench.drive[1].words = "drive fault";
-        bench_tick(&bench);
+        bench_in_fault(&bench);
         const int64_t seen_ns = fault->t_ns;
         for (int n = 0; n < after; n++) {
             assert_false(fault->is_whole && n < 999);
@@ -656,11 +662,7 @@ static void a_drive_that_is_lost_completes_no_record(void **state)
     (void)state;
     struct bench bench;
     const struct controller_fault_record *fault = &bench.controller.fault;
-    bench_moving(&bench, 120, 1200);
-    bench.drive[1].state = HAL_DRIVE_FAULT;
-    bench.drive[1].awaited = true;
-    bench.drive[1].words = "drive fault";
-    bench_tick(&bench);
+    bench_in_fault(&bench);
     bench.drive[1].state = HAL_DRIVE_OFFLINE;
     bench.drive[1].words = "no heartbeat for three periods";
     bench_tick(&bench);

@@ -317,6 +317,17 @@ static void an_answer_to_an_earlier_transfer_is_dropped(void **state)
     }
 }
 
+/* Expect that nothing is late any more. */
+static void an_abort_counts_at_once(struct bench *b, int64_t now_ns)
+{
+    struct canopen_node *node = &b->node.node;
+
+    assert_int_equal(canopen_sdo_read(node, now_ns, 0x6041, 0), 0);
+    fake_can_put(&b->fake, "581#8041600011000906");
+    begin(b, now_ns + MS);
+    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_REFUSED);
+}
+
 /* It may have been the answer to the second after all. */
 static void an_abort_that_nothing_follows_is_the_outcome(void **state)
 {
@@ -333,11 +344,7 @@ static void an_abort_that_nothing_follows_is_the_outcome(void **state)
     begin(b, 410 * MS);
     assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_REFUSED);
     assert_int_equal(node->sdo.abort_code, CANOPEN_ABORT_NO_SUB);
-    /* and now nothing is late any more */
-    assert_int_equal(canopen_sdo_read(node, 420 * MS, 0x6041, 0), 0);
-    fake_can_put(&b->fake, "581#8041600011000906");
-    begin(b, 421 * MS);
-    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_REFUSED);
+    an_abort_counts_at_once(b, 420 * MS);
 }
 
 static void
@@ -352,10 +359,7 @@ an_answer_for_another_object_ends_the_wait_for_late_ones(void **state)
     fake_can_put(&b->fake, "581#4364600000000000");
     begin(b, 11 * MS);
     assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_OK);
-    assert_int_equal(canopen_sdo_read(node, 20 * MS, 0x6041, 0), 0);
-    fake_can_put(&b->fake, "581#8041600011000906");
-    begin(b, 21 * MS);
-    assert_int_equal(canopen_sdo_take(node, NULL, NULL), MOTION_E_REFUSED);
+    an_abort_counts_at_once(b, 20 * MS);
 }
 
 /* Each size, told or not; five bytes are no number. */
