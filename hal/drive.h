@@ -172,7 +172,7 @@ struct hal_drive_found {
     bool goes_on;    /* it did not come to rest in its time */
 };
 
-/* Where the drive's counter has a position, and its own ends. */
+/* A position in the drive's counter, and the ends of that. */
 struct hal_drive_reach {
     int64_t counts, min_counts, max_counts;
 };

@@ -140,7 +140,7 @@ const char *hal_modbus_exception_text(uint8_t exception);
 /* A gateway in between says that nothing came of the device (exceptions 0A, no
  * path, and 0B, no answer): an answer is missing, none was refused. */
 bool hal_modbus_is_missing(const struct hal_modbus_reply *reply);
-/* What a reply that is no answer says, in words. */
+/* Put into words why a reply is no answer. */
 #define HAL_MODBUS_BROKE "there is no connection"
 const char *hal_modbus_reply_text(const struct hal_modbus_reply *reply);
 

@@ -212,7 +212,8 @@ controller_react(struct controller *controller)
     controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
 }
 
-/* What the drive says of it once it has been asked: not what becomes of it then. */
+/* Take the drive's own words for a fault, which may come once it has been asked, and
+ * nothing that becomes of the drive after it. */
 static __attribute__((cold)) void
 controller_complete_fault(struct controller *controller)
 {

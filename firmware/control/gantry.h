@@ -38,7 +38,7 @@ struct controller_gantry {
     bool is_alone;
 };
 
-/* Right after controller_init; `gantry` must outlive the controller.  MOTION_E_ARG: a
+/* Call it right after controller_init; `gantry` must outlive the controller.  MOTION_E_ARG: a
  * rail that is not there, twice, or goes to goals or on a board; no racking. */
 int controller_set_gantries(struct controller *controller,
                             struct controller_gantry gantry[], unsigned count);
@@ -48,12 +48,11 @@ controller_gantry_of(const struct controller *controller, unsigned axis);
 unsigned controller_gantry_other(const struct controller_gantry *gantry,
                                  unsigned axis);
 
-/* What a controller calls that has gantries; what has none (a board) is not linked to
- * it. */
+/* A controller with gantries calls these; one without (a board) is not linked to them. */
 struct controller_gantry_ops {
-    /* On the tick: tell rails that go along where they are. */
+    /* Tell rails that go along where they are, on the tick. */
     void (*follow)(struct controller *controller);
-    /* On the tick: judge the racking. */
+    /* Judge the racking, on the tick. */
     void (*judge)(struct controller *controller);
 };
 struct controller_gantries {

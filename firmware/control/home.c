@@ -67,7 +67,8 @@ bool controller_any_by_profile(const struct controller *controller,
     return controller_goals_are_running(controller);
 }
 
-/* With this offset; a range whose ends are no positions has none there. */
+/* Ask whether the drive's counter reaches both ends of the range with this offset; an
+ * end that is no position is none. */
 static int home_reaches(const struct controller *controller, unsigned index,
                         int64_t offset_q32, struct hal_drive_reach *reach)
 {

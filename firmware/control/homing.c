@@ -134,7 +134,7 @@ static bool homing_rail_limit(const struct homing *homing, unsigned rail,
                                controller_input(axis->switches.limit_positive);
 }
 
-/* Of either rail. */
+/* Read the limit switches of either rail. */
 static bool homing_limit(const struct homing *homing, int direction)
 {
     for (unsigned rail = 0; rail < homing_rails(homing); rail++)
@@ -172,7 +172,7 @@ static bool homing_rail_switch(const struct homing *homing, unsigned rail)
            controller_input(homing_line(homing, rail));
 }
 
-/* Of either rail. */
+/* Read the switch of either rail. */
 static bool homing_switch(const struct homing *homing)
 {
     for (unsigned rail = 0; rail < homing_rails(homing); rail++)
@@ -590,7 +590,7 @@ static void homing_go(struct homing *homing)
         homing->state = HOMING_GO;
 }
 
-/* From here on each rail's own switch says where it is. */
+/* Set the position of each rail by its own switch. */
 static int homing_know(struct homing *homing, const int64_t from_q32[2])
 {
     int err =
@@ -836,7 +836,7 @@ uint64_t homing_wanted(const struct homing *homing)
     return axes;
 }
 
-/* Of the gantries of those that are to be homed. */
+/* Return both rails of every gantry of which one is to be homed. */
 static uint64_t homing_other_rails(const struct homing *homing)
 {
     uint64_t axes = 0;

@@ -51,7 +51,7 @@ static void limit_units(const struct controller *controller, int64_t *g_q40,
     }
 }
 
-/* Of stopping, in the limit's. */
+/* Return a stop limit in units of the limit. */
 static int32_t limit_stop(int64_t stop_q32, int64_t limit_q32)
 {
     if (limit_q32 == 0)

@@ -54,8 +54,8 @@ static int64_t rest_shared_ticks(const struct controller *controller,
                       controller->step.rest[stop ? 1 : 0].jerk_q56 >> 2);
 }
 
-/* Where no fall was judged along with it, as of a scheduled one, until it is at its
- * end, and no longer than until the rate falls; and the rate that it then has. */
+/* Return the ticks of a rise for which no fall was judged, such as a scheduled one:
+ * until it ends, and no longer than until the rate falls; and the rate then. */
 static int64_t rest_rise_ticks(const struct controller *controller, bool stop,
                                int64_t *rate_q30)
 {

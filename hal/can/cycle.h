@@ -35,7 +35,7 @@ int can_cycle_flush(struct can_cycle *self);
 /* Another master has sent this frame. */
 void can_cycle_foreign(struct can_cycle *self,
                        const struct hal_can_frame *frame);
-/* What begin() says of the bus; the marks it is made from are wiped. */
+/* Return what begin() says of the bus, and wipe the marks it is made from. */
 enum hal_fieldbus_health can_cycle_health(struct can_cycle *self);
 
 #endif

@@ -13,14 +13,15 @@
 
 #define MS INT64_C(1000000)
 
-/* From one transaction number to the next: odd, so that all have their turn, and
- * far, so that one with a wrong bit is not the next one's. */
+/* Steps of transaction numbers are odd, so that all have their turn, and long, so that
+ * a number with a wrong bit is not the next one. */
 #define TCP_STRIDE 0x9E37
 
 /* Adapters that gather bytes hand on the rest of an answer so much later. */
 #define GATHER_NS (30 * MS)
 
-/* Until then; at once where that has passed.  True: there is something to read. */
+/* Wait until then, or not at all where that has passed.  True: there is something to
+ * read. */
 static bool exchange_wait(const struct modbus_libmodbus *self, int64_t end_ns)
 {
     struct pollfd wait = { .fd = modbus_get_socket(self->context),
@@ -125,7 +126,7 @@ static void exchange_broadcast(struct modbus_libmodbus *self,
     modbus_libmodbus_sleep_until(reply->answer_ns);
 }
 
-/* What nobody has asked for is no part of this. */
+/* Read away bytes that nobody has asked for. */
 static void exchange_clear(struct modbus_libmodbus *self)
 {
     int waiting = 0;
@@ -155,7 +156,7 @@ static void exchange_serial(struct modbus_libmodbus *self,
 
 /* ---- TCP ---- */
 
-/* Not through libmodbus: its raw requests have no transaction numbers. */
+/* Send without libmodbus, whose raw requests have no transaction numbers. */
 static bool exchange_send_tcp(struct modbus_libmodbus *self,
                               const struct hal_modbus_request *request)
 {
@@ -180,7 +181,7 @@ static bool exchange_receive(struct modbus_libmodbus *self,
     return true;
 }
 
-/* What was under way when a connection closed is not sent again: it may have been
+/* Never send again what was under way when a connection closed: it may have been
  * done. */
 static void exchange_tcp(struct modbus_libmodbus *self,
                          const struct hal_modbus_request *request,

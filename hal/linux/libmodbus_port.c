@@ -180,7 +180,7 @@ void modbus_libmodbus_broke(struct modbus_libmodbus *self)
     modbus_libmodbus_drop(self);
 }
 
-/* What has come of before is read away, so that an end of the connection is seen. */
+/* Read away what has come of before, so that an end of the connection is seen. */
 static bool modbus_libmodbus_is_open(struct modbus_libmodbus *self,
                                      const struct hal_modbus_request *request)
 {

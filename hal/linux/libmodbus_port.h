@@ -8,7 +8,7 @@
 #define MODBUS_LIBMODBUS_RETRY_NS INT64_C(200000000)
 #define MODBUS_LIBMODBUS_HURRIED  3 /* requests of a line that is taken over */
 
-/* While a line is taken over. */
+/* Times of a line that is taken over. */
 #define HURRIED_SILENT_NS  INT64_C(20000000)
 #define HURRIED_TIMEOUT_NS INT64_C(100000000)
 
@@ -21,12 +21,12 @@ bool modbus_libmodbus_is_rtu(const struct modbus_libmodbus *self);
 /* Open and connect, unless done or tried a moment ago. */
 void modbus_libmodbus_up(struct modbus_libmodbus *self);
 void modbus_libmodbus_down(struct modbus_libmodbus *self);
-/* While the line is taken over, no longer than hurried_ns. */
+/* Return dur_ns, and no more than hurried_ns while the line is taken over. */
 int64_t modbus_libmodbus_hurry(const struct modbus_libmodbus *self,
                                int64_t dur_ns, int64_t hurried_ns);
 /* Read away what comes until nothing has for `silent_ns`. */
 void modbus_libmodbus_drain(struct modbus_libmodbus *self, int64_t silent_ns);
-/* After a transaction that ended with `err`: no answer of old may be left. */
+/* Leave no answer of old behind a transaction that ended with `err`. */
 void modbus_libmodbus_recover(struct modbus_libmodbus *self, int err);
 
 /* TCP.  Read what is there into the stream; false: the other end has closed. */

@@ -5,7 +5,7 @@
 
 #define AROUND 3 /* unit and CRC */
 
-/* What stands at the beginning of what was heard. */
+/* The kinds of things at the beginning of what was heard. */
 enum listener_thing {
     LISTENER_STRAY,
     LISTENER_ECHO,
@@ -13,7 +13,7 @@ enum listener_thing {
     LISTENER_MORE, /* it may become one of these */
 };
 
-/* What a frame says to the request; MOTION_E_PROTOCOL: nothing. */
+/* Judge a frame as an answer to the request; MOTION_E_PROTOCOL: it is none. */
 static void listener_judge(const struct modbus_listener *self,
                            const uint8_t *frame, unsigned length,
                            struct hal_modbus_reply *reply)
@@ -52,7 +52,7 @@ void modbus_listener_begin(struct modbus_listener *self, bool is_ascii,
     self->is_disturbed = false;
 }
 
-/* What finds no room is more than a frame with its echo: of a line that babbles. */
+/* Count what finds no room as stray: it is more than a frame with its echo. */
 void modbus_listener_take(struct modbus_listener *self, const uint8_t *bytes,
                           unsigned length)
 {

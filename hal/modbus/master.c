@@ -225,8 +225,8 @@ static void modbus_master_refuse(struct modbus_master *self, int64_t now_ns)
 
 /* ---- the station ---- */
 
-/* Of RTU a device hears the end of a request by silence: what begins within 1.5
- * characters of it is as what is heard while it is sent. */
+/* A device on RTU hears the end of a request by silence, so that what begins within 1.5
+ * characters of it counts as heard while it was sent. */
 static bool modbus_master_is_early(const struct modbus_master *self,
                                    unsigned length, int64_t now_ns)
 {

@@ -24,7 +24,8 @@ static void modbus_rtu_slave_recv(struct modbus_station *station,
         modbus_receiver_take(&self->receiver, bytes, length, now_ns);
 }
 
-/* Of RTU silence says it; of ASCII its end, or too many bytes without one. */
+/* A frame of RTU ends with silence, one of ASCII with its last characters or where it
+ * has too many. */
 static bool modbus_rtu_slave_is_whole(const struct modbus_rtu_slave *self)
 {
     const struct modbus_receiver *receiver = &self->receiver;
@@ -34,7 +35,7 @@ static bool modbus_rtu_slave_is_whole(const struct modbus_rtu_slave *self)
             receiver->byte[receiver->length - 1] == '\n');
 }
 
-/* Where the last frame begins of those that stand there. */
+/* Return where the last of the frames that stand there begins. */
 static unsigned modbus_rtu_slave_at(const struct modbus_rtu_slave *self,
                                     unsigned length)
 {

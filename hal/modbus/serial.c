@@ -18,7 +18,7 @@ static unsigned serial_value(uint8_t digit)
     return digit >= 'A' && digit <= 'F' ? (unsigned)(digit - 'A' + 10) : 16;
 }
 
-/* From the last byte on, as each takes the room of two. */
+/* Write the digits from the last byte on, as each byte takes the room of two. */
 static unsigned serial_seal_ascii(uint8_t *frame, uint8_t unit,
                                   unsigned pdu_length)
 {

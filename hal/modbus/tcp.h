@@ -24,7 +24,7 @@ unsigned modbus_tcp_seal(uint8_t frame[MODBUS_TCP_FRAME_MAX],
 int modbus_tcp_put_request(const struct hal_modbus_request *request,
                            uint16_t transaction,
                            uint8_t frame[MODBUS_TCP_FRAME_MAX]);
-/* What a connection has brought, and is not yet judged.  Its frames are whole by
+/* Bytes that a connection has brought and that are not yet judged.  Its frames are whole by
  * their own length, so the answer to a request of before is known and dropped; where
  * no frame can begin, bytes are left out until one does. */
 struct modbus_tcp_stream {
@@ -34,7 +34,7 @@ struct modbus_tcp_stream {
         late; /* bytes, answers; the owner counts and clears them */
 };
 
-/* Where the next bytes go, and how many there may be. */
+/* Return where the next bytes go, and how many there may be. */
 static inline uint8_t *modbus_tcp_room(struct modbus_tcp_stream *stream,
                                        unsigned *room)
 {

@@ -246,8 +246,8 @@ int64_t motion_segment_rounding(const struct motion_segment *segment,
  * sides, which in a segment of nanoseconds may both be beyond the format. */
 int64_t motion_segment_peak(const struct motion_segment *segment,
                             enum motion_quantity quantity);
-/* Over the whole track, of a window from its outline, else from the summary where
- * there is one; the first of equal extremes.  An empty track gives its position and
+/* Find the extremes of the whole track: of a window from its outline, else from the
+ * summary where there is one; the first of equal extremes.  An empty track gives its position and
  * zeros. */
 void motion_track_extreme(const struct motion_track *track,
                           enum motion_quantity quantity,
@@ -270,7 +270,7 @@ struct motion_track_outline {
     uint32_t count;
 };
 
-/* What the three functions above answer of a whole track, by a look at every
+/* The answers of the three functions above for a whole track, found by a look at every
  * segment.  With it they take the same time for a track of any length, so that one
  * can be started on a tick. */
 struct motion_track_summary {

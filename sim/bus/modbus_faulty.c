@@ -57,7 +57,7 @@ static bool sim_modbus_is_ascii(const uint8_t *frame, unsigned length)
            !modbus_rtu_is_sealed(frame, length);
 }
 
-/* Of a sound frame, with another unit or an exception in place of its PDU. */
+/* Make a sound frame with another unit, or with an exception in place of its PDU. */
 static unsigned sim_modbus_rewrite(uint8_t *frame, unsigned length,
                                    uint8_t exception)
 {
@@ -76,7 +76,7 @@ static unsigned sim_modbus_rewrite(uint8_t *frame, unsigned length,
         exception != 0 ? bytes[0] : (uint8_t)(bytes[0] % 247 + 1), pdu);
 }
 
-/* In a digit of the check. */
+/* Spoil a digit of the check. */
 static unsigned sim_modbus_wrong_check(uint8_t *frame, unsigned length)
 {
     if (sim_modbus_is_ascii(frame, length))

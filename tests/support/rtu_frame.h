@@ -18,7 +18,7 @@ rtu_frame_put_request(const struct hal_modbus_request *request,
                : (int)modbus_rtu_seal(frame, request->unit, (unsigned)length);
 }
 
-/* As modbus_pdu_take_answer, unit and CRC looked at too. */
+/* Take an answer like modbus_pdu_take_answer, and look at its unit and CRC too. */
 static inline void
 rtu_frame_take_answer(const struct hal_modbus_request *request,
                       const uint8_t *frame, unsigned length,

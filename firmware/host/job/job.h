@@ -111,11 +111,11 @@ enum status job_open_on(struct job *job, const struct files *files,
 enum status job_open_again(struct job *job, const struct files *files,
                            const char *rig_path, const char *move_path,
                            const struct job *former, const struct rig *rig);
-/* Before the tracks are played: what a start on the tick asks of each as a whole, so
- * that it takes no longer for a long one (motion_track_summarise).  They must stay
- * as they are from then on.  Those of a compiled move have their outlines. */
+/* Summarise the tracks before they are played, so that a start on the tick takes no
+ * longer for a long one (motion_track_summarise).  They must stay as they are from
+ * then on.  Those of a compiled move have their outlines. */
 void job_summarise(struct job *job);
-/* Without a summary; to be freed with plan_track_free. */
+/* The copy has no summary and is freed with plan_track_free. */
 void job_copy_track(const struct motion_track *track,
                     struct motion_track *copy);
 /* The compiled move (track_file.h): tracks, events, where it waits.  Errors show

@@ -96,7 +96,7 @@ static struct job_worst *job_worst_of(const struct job *job,
     return &worst[violation->axis * JOB_KINDS + violation->kind];
 }
 
-/* By how much it is beyond its limit. */
+/* Return how far it is beyond its limit. */
 static uint64_t job_excess(const struct job_violation *violation)
 {
     const bool low = violation->kind == JOB_POS_LOW;

@@ -65,7 +65,7 @@ static const struct yaml_field rig_rails_fields[] = {
 const struct yaml_shape rig_rails_shape = { "rails", rig_rails_fields,
                                             ARRAY_LEN(rig_rails_fields) };
 
-/* What does not get set points in every tick cannot be taken along. */
+/* Refuse an axis without set points in every tick: it cannot be taken along. */
 static int gantry_check_axis(const struct yaml_value *value,
                              const struct rig_axis *axis)
 {

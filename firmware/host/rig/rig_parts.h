@@ -126,7 +126,7 @@ int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gantries(void *reader, const struct yaml_value *value, void *out);
-/* After everything: do the rails of the kinematics agree with it? */
+/* Check, once all is read, that the rails of the kinematics agree with it. */
 int rig_check_gantries(const struct yaml_value *value, const struct rig *rig);
 int rig_read_payloads(void *reader, const struct yaml_value *value, void *out);
 int rig_read_kinematics(void *reader, const struct yaml_value *value,

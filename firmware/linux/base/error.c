@@ -35,7 +35,8 @@ void error_hasten(bool is_hasty)
     error_is_hasty = is_hasty;
 }
 
-/* Where it could not be opened anew, what there is room for. */
+/* Write a piece without waiting; where stderr could not be opened anew, as far as
+ * there is room. */
 static bool error_put_piece(const char *text, size_t length)
 {
     struct pollfd reader = { .fd = STDERR_FILENO, .events = POLLOUT };

@@ -18,8 +18,8 @@ void error_say(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* Text on stderr, as it is, and not kept. */
 void error_put(const char *text);
 
-/* From now on nothing of this waits for whoever reads it: what does not find room is
- * left out.  For whoever ticks, serves a tick or guards one, until that is over. */
+/* Wait for no reader from now on, and leave out what finds no room.  Whoever ticks,
+ * serves a tick or guards one does so until that is over. */
 void error_hasten(bool is_hasty);
 
 /* "path: what": what is wrong with a file.  STATUS_INPUT. */

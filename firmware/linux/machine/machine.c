@@ -496,7 +496,7 @@ void machine_torque_text(const struct machine *machine, unsigned axis,
              feedback->fault_text[0] != 0 ? ", " : "", feedback->fault_text);
 }
 
-/* Of a CAN bus: the identifier by which another master was noticed. */
+/* Name the identifier by which another master was noticed on a CAN bus. */
 static void machine_foreign_text(const struct machine *machine, unsigned bus,
                                  char text[MACHINE_TROUBLE_MAX])
 {

@@ -17,7 +17,7 @@
 
 struct cJSON;
 
-/* What is seen of a connection on TCP. */
+/* The state of a connection on TCP. */
 struct machine_fault_connection {
     uint64_t timeouts; /* so far */
     unsigned silent;   /* of these, since its other end is gone */

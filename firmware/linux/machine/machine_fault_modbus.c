@@ -178,9 +178,9 @@ static void machine_fault_forget(struct machine_sim *sim, unsigned bus)
     }
 }
 
-/* As hal/linux/libmodbus.h does it: a late answer is dropped by its number; one that
- * has said nothing to three requests is made anew; one that was closed is gone after
- * three time-outs. */
+/* Keep a connection as hal/linux/libmodbus.h does: a late answer is dropped by its
+ * number, a connection that has said nothing to three requests is made anew, one that
+ * was closed is gone after three time-outs. */
 static void machine_fault_look(struct machine_fault *self, unsigned bus)
 {
     struct machine_sim *sim = self->sim;

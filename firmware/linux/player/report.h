@@ -92,7 +92,7 @@ void report_take(struct report *report, const struct telemetry_row *row);
 /* Where axis i of the move should be at the end, less where it is: the sign of a
  * following error. */
 int64_t report_end_error(const struct report *report, unsigned i);
-/* When all axes stood after the fault, by what their drives say, to within the
+/* Return when all axes stood after the fault, by what their drives say, to within the
  * floor of their following error; 0: not by the end of the run, or it is not
  * known, as a drive is lost. */
 int64_t report_stopped_ns(const struct report *report);

@@ -163,7 +163,8 @@ static void command_simple(const struct command_line *line,
     command_line_send(line, &entry);
 }
 
-/* On a bus that cannot carry the rig drives would be lost once they have torque. */
+/* Refuse a bus that cannot carry the rig: its drives would be lost once they have
+ * torque. */
 static void command_enable(const struct command_line *line)
 {
     struct messages messages = { .text = NULL };

@@ -91,7 +91,7 @@ static void line_of_rig(struct doctor *doctor)
     }
 }
 
-/* What a service that has the rig has met on its lines. */
+/* Say what the service that has the rig has met on its lines. */
 static void line_served(struct doctor *doctor)
 {
     const cJSON *bus, *text;

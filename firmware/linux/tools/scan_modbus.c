@@ -158,7 +158,7 @@ static void unit_garbled(struct scan *scan, const struct bench *bench,
               bench->rig.bus[0].name, line[0] == '\0' ? "" : ", ", line, unit);
 }
 
-/* What its requests met on the line. */
+/* Say what the requests of the scan met on the line. */
 static void line_heard(struct scan *scan, struct bench *bench)
 {
     const struct rig_bus *bus = &bench->rig.bus[0];

@@ -75,7 +75,7 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     READ(STEP_IF_THERE, 0x6096, 2, CHECK_FACTOR),
     UNTIL(CHECK_FACTORS),
     READ(STEP_IF_THERE, 0x60B8, 0, CHECK_PROBE),
-    /* Where its counter begins anew. */
+    /* Its counter begins anew at these. */
     READ(STEP_IF_THERE, 0x607B, 1, CHECK_REACH),
     READ(STEP_IF_THERE, 0x607B, 2, CHECK_REACH),
     /* Limits. */

@@ -68,7 +68,7 @@ static bool walk_is_idle(const struct drive_modbus *self)
            self->off == DRIVE_MODBUS_OFF_DONE && !drive_modbus_needs_stop(self);
 }
 
-/* Of one that is idle `stop` might be what gives it torque. */
+/* Send no `stop` to a drive that is idle, as that might give it torque. */
 static void walk_down(struct drive_modbus *self, enum drive_modbus_phase phase,
                       enum hal_drive_state state)
 {

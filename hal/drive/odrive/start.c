@@ -162,7 +162,7 @@ void odrive_take_parameter(struct drive_odrive *self, const uint8_t data[8])
 
 /* ---- all of it ---- */
 
-/* What is waited for. */
+/* Say what is waited for. */
 static void odrive_say_start(struct drive_odrive *self)
 {
     static const char *const words[] = {

@@ -13,7 +13,7 @@
 #define GO_TAKEN_NS (3 * MS)
 /* From one question for its torque to the next. */
 #define TORQUE_NS (10 * MS)
-/* Likewise for why it has switched itself off. */
+/* The time between two questions for why it has switched itself off. */
 #define REASON_AGAIN_NS (100 * MS)
 
 static struct drive_odrive *odrive_of(struct can_bus_node *node)
@@ -209,8 +209,8 @@ static void odrive_watch(struct drive_odrive *self, int64_t now_ns)
     }
 }
 
-/* Until it answers, when it has switched itself off and the heartbeat does not say
- * why. */
+/* Ask why it has switched itself off, until it answers, where the heartbeat does not
+ * say so. */
 static void odrive_request_reason(struct drive_odrive *self)
 {
     const bool wanted = self->turn.phase == DRIVE_TURN_LATCHED &&

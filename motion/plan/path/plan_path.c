@@ -18,8 +18,8 @@
 #define PATH_LOOKS        100000
 #define PATH_BORDER_LOOKS 64
 
-/* What turns by more than ten degrees, this cosine, from a microsecond before a time
- * to one after it turns at once: nothing shorter is baked. */
+/* A path turns at once where it turns by more than ten degrees, this cosine, from a
+ * microsecond before a time to one after it: nothing shorter is baked. */
 #define PATH_TURNS   0.9848
 #define PATH_AT_ONCE (MOTION_FIXED_S_Q12 / 1000000)
 
@@ -43,7 +43,7 @@ static int path_grow(struct motion_track *const list[], uint32_t axes)
     return MOTION_OK;
 }
 
-/* When the law is first past a point. */
+/* Return when the law is first past a point. */
 static double path_passes(const struct plan_drive *drive, uint32_t point)
 {
     const struct plan_space *space = &drive->space;
@@ -63,7 +63,7 @@ static double path_passes(const struct plan_drive *drive, uint32_t point)
     return (double)high / (double)MOTION_FIXED_S_Q12;
 }
 
-/* Where the path is so long before or after a time, and how fast. */
+/* Find the direction and the speed of the path at a time. */
 static bool path_direction(const struct plan_drive *drive, int64_t t_ns_q12,
                            struct motion_dir *tangent, double *vel)
 {

@@ -22,7 +22,7 @@
  * within a microsecond, which no set point sees. */
 #define TIMING_AT_ONCE 1e-6
 
-/* What stands or turns back within this, s, does so at once. */
+/* A path that stands or turns back within this, s, does so at once. */
 #define TIMING_STANDS 1e-9
 
 #define TIMING_BISECTIONS 60
@@ -569,8 +569,8 @@ int plan_timing_inside(struct plan_timing *timing, double *stretch,
     return err < 0 ? err : MOTION_E_LIMIT;
 }
 
-/* Where the speed along the path is least inside a span, which is a point when the
- * path runs back over itself; NaN where it is least at one of the ends. */
+/* Return where the speed along the path is least inside a span, which is a point when
+ * the path runs back over itself; NaN where it is least at one of the ends. */
 static double timing_slowest(const struct timing_source *self, uint32_t span)
 {
     const double *knot = self->timing->knot;

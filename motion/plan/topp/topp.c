@@ -430,7 +430,7 @@ static int topp_start(const struct topp *self, double *failed)
                : MOTION_E_LIMIT;
 }
 
-/* On a grid of about so many intervals, at least so many in a piece. */
+/* Solve on a grid of about so many intervals, at least so many in a piece. */
 static int topp_solve(struct topp *self, double wanted, double least,
                       double *failed)
 {

@@ -15,8 +15,8 @@
 #define DIVIDE_STEP     1e-6
 #define DIVIDE_ROUNDING 1e-7
 
-/* Of the whole path: ends of caps and borders that are nearer to each other are the
- * same.  What is 30 % of a path in one cap and a part of another is not 30 % to the last
+/* Ends of caps and borders that are nearer to each other than this part of the path
+ * are the same.  What is 30 % of a path in one cap and a part of another is not 30 % to the last
  * digit, and no law goes through a piece that is nothing but rounding. */
 #define DIVIDE_SAME 1e-6
 

@@ -12,7 +12,8 @@ struct topp_grid {
     double *w;       /* intervals + 1, from 0 to 1 */
 };
 
-/* In the pool, about so many intervals, at least so many in each piece, even in w.
+/* Make a grid in the pool, of about so many intervals, at least so many in each piece,
+ * even in w.
  * MOTION_E_FULL without memory, as the next. */
 int topp_grid_even(const struct topp_chain *chain, double intervals,
                    double per_piece, struct plan_pool *pool,

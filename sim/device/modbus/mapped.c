@@ -359,7 +359,7 @@ static bool servo_misses(const struct sim_modbus_servo *self, uint32_t at,
     return false;
 }
 
-/* As a drive does that has a hole there. */
+/* Tell whether a read takes items together that the drive does not read together. */
 static bool servo_splits(const struct sim_modbus_servo *self,
                          enum modbus_space space, uint16_t at, uint16_t count)
 {

@@ -213,8 +213,7 @@ static double rate_allowance(const struct stateful *bench,
            unavoidable(bench, kind, from);
 }
 
-/* In the first tick of a motion from rest what the set points did before is not of
- * it. */
+/* Leave out, in the first tick of a motion from rest, what the set points did before. */
 static double mean_acc(const struct stateful *bench, unsigned i)
 {
     const bool is_first =

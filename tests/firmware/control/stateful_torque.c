@@ -33,7 +33,7 @@ static bool is_quiet(const struct controller *controller)
             controller->resetting);
 }
 
-/* For so long its drive has had to take torque off. */
+/* Return how long its drive has had to take torque off. */
 static int quiet_ticks(const struct stateful *bench, unsigned i)
 {
     const struct stateful_board *board = bench->axis[i].board;

@@ -11,8 +11,8 @@
 
 enum { LEFT, RIGHT, COLUMN, AXES };
 #define RACKING (2 * UNIT)
-/* Of what both rails do in the world: how far they follow apart from each other, with
- * counts of their own, and a tick between their buses. */
+/* The rails follow so far apart from each other in the world, with counts of their own
+ * and a tick between their buses. */
 #define APART (UNIT / 20)
 
 static uint64_t seed;
@@ -220,7 +220,7 @@ static struct sim_servo *servo(unsigned axis)
     return machine_kinds[rig.axis[axis].kind]->sim_servo(&sim, axis);
 }
 
-/* By more than the racking, and less than its following error. */
+/* It stays behind by more than the racking, and less than its following error. */
 static void a_rail_that_stays_behind_stops_both(void **state)
 {
     (void)state;
@@ -254,7 +254,7 @@ static void a_rail_that_stays_behind_stops_both(void **state)
     }
 }
 
-/* Before any of them was homed it is compared with how torque found them. */
+/* The rails are compared with how torque found them before any was homed. */
 static void a_bridge_that_is_not_homed_is_watched_too(void **state)
 {
     (void)state;
@@ -383,7 +383,7 @@ static void trouble(uint64_t *from)
     }
 }
 
-/* Over, whatever it came to: it stands, and what it knows of both is known of both. */
+/* Expect that the bridge stands, and that both rails are homed or neither. */
 static void finish(void)
 {
     ticks(20); /* a drive says what it has */

@@ -55,7 +55,7 @@ static void homed(void)
     }
 }
 
-/* To a count: the ends of 2^31 from -2000 mm and from 2000 mm at 10^6 per mm. */
+/* The ends are 2^31 counts from -2000 mm and from 2000 mm at 10^6 per mm, to a count. */
 static void homing_refuses_where_the_counter_would_end(void **state)
 {
     static const struct {

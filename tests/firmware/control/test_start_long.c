@@ -10,7 +10,7 @@
 
 #define SHORT 10
 #define LONG  10000
-/* Where two times are searched by halving, in 14 steps each; of 352. */
+/* Two times are searched by halving, in 14 steps each, of 352 pages. */
 #define SEARCHED 28
 
 static struct {
@@ -40,7 +40,7 @@ static void guard_shut(void)
     assert_int_equal(mprotect(guard.at, guard.size, PROT_NONE), 0);
 }
 
-/* To and fro; both axes have the same. */
+/* Make a track to and fro, the same for both axes. */
 static void make_long(uint32_t count, bool is_summarised)
 {
     guard.page = (size_t)sysconf(_SC_PAGESIZE);
@@ -119,7 +119,7 @@ static void without_a_summary_every_page_is_looked_at(void **state)
     assert_true((size_t)guard.touched >= guard.size / guard.page - 1);
 }
 
-/* What an operator does in the course of a move. */
+/* Try all that an operator does in the course of a move. */
 static void no_command_looks_at_all_of_a_long_move(void **state)
 {
     (void)state;

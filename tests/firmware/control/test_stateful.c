@@ -53,7 +53,8 @@ static void print_tally(const struct stateful_tally *tally)
                stateful_excuse_text((enum stateful_excuse)k));
 }
 
-/* What a long run has been at least once; two rails of one bridge are test_gantry's. */
+/* Expect all that a long run has been at least once; two rails of one bridge are
+ * test_gantry's. */
 static void expect_everywhere(const struct stateful_tally *tally)
 {
     for (int k = 0; k <= CONTROLLER_FAULT; k++)

@@ -653,7 +653,7 @@ static void episodes_of_a_soak_are_as_they_should_be(void **state)
     }
 }
 
-/* With all that an episode may have beside drives that follow set points:
+/* Episodes with all that there may be beside drives that follow set points:
  *   - a jog began in the tick after a brake had ended: the judge took the set points
  *     of that for its acceleration;
  *   - a drive took longer to say that it was there than it was allowed;

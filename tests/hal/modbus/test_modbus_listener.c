@@ -10,7 +10,7 @@
 #define CASES 20000
 #define HEARD 2048
 
-/* What is heard after a request. */
+/* A request, and all that is heard after it. */
 struct heard {
     struct hal_modbus_request request;
     bool is_ascii;
@@ -114,7 +114,7 @@ static bool is_same(const struct hal_modbus_reply *got,
                   2 * (size_t)((want->count + 15) / 16)) == 0;
 }
 
-/* In pieces: found with the byte that makes it whole, no sooner, no later. */
+/* Expect the answer with the byte that makes it whole, no sooner and no later. */
 static void expect_found(struct heard *heard, bool expects_echo,
                          unsigned strays, unsigned echoes)
 {
@@ -181,8 +181,8 @@ static void an_answer_is_found_wherever_it_stands(void **state)
     }
 }
 
-/* Of a write of one register there is no telling: one that should come twice and
- * comes once was heard by nobody. */
+/* The answer to a write of one register is its echo: where two should come and one does,
+ * nobody has heard the request. */
 static void of_two_that_are_the_same_the_first_is_the_echo(void **state)
 {
     struct heard heard;
@@ -236,7 +236,7 @@ static void the_answer_to_another_is_not_ours(void **state)
     assert_true(asked > CASES * 9 / 10);
 }
 
-/* Of before: heard while the request goes out, in whole or in part. */
+/* It is heard while the request goes out, in whole or in part. */
 static void what_comes_too_early_is_no_answer(void **state)
 {
     struct heard heard;
@@ -341,7 +341,7 @@ static void an_identification_ends_where_it_says(void **state)
     }
 }
 
-/* By hand: 01 + 03 + 02 = 06, and 06 + FA = 100. */
+/* The check by hand: 01 + 03 + 02 = 06, and 06 + FA = 100. */
 static void an_ascii_frame_is_as_the_standard_has_it(void **state)
 {
     static const char want[] = ":010300000002FA\r\n";

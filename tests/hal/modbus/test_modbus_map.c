@@ -138,7 +138,7 @@ static void draw_items(struct modbus_map *map)
     }
 }
 
-/* By registers, one after the other. */
+/* Look at registers one after the other. */
 static bool reads(const struct modbus_map_block *block,
                   const struct modbus_map_item *item)
 {

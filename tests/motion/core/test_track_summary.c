@@ -72,7 +72,7 @@ static struct answers answers_of(const struct motion_track *track)
     return answers;
 }
 
-/* By what each function is said to be, segment by segment. */
+/* Answer by the definition of each function, segment by segment. */
 static struct answers answers_by_segment(const struct motion_track *track)
 {
     const struct motion_extreme none = { .min = INT64_MAX, .max = INT64_MIN };
@@ -102,7 +102,7 @@ static struct answers answers_by_segment(const struct motion_track *track)
     return all;
 }
 
-/* With the summary no segment is looked at: the track is asked without them. */
+/* The track is asked without its segments, so that none is looked at. */
 static void a_summary_answers_as_all_segments_do(void **state)
 {
     uint64_t seed = SEED;

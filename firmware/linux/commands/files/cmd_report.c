@@ -40,7 +40,7 @@ static void cmd_report_row(void *context, const struct telemetry_row *row)
     figures_take(&self->figures, row);
 }
 
-/* By time: a fault whose reason came later is written later. */
+/* Keep notes in the order of time: a fault whose reason came later is written later. */
 static void cmd_report_note(void *context, int64_t t_ns,
                             enum record_level level, const char *text)
 {

@@ -84,7 +84,7 @@ static bool cmd_doctor_is_folder(const char *path)
            access(inside, F_OK) == 0;
 }
 
-/* What a service that has the rig says of itself; NULL: there is none. */
+/* Ask the service that has the rig for its status; NULL: there is none. */
 static cJSON *cmd_doctor_service(const char *path)
 {
     struct service_link link = { .file = -1 };

@@ -410,7 +410,7 @@ static enum status cmd_run_end(const struct report *report)
     return STATUS_INTERRUPTED;
 }
 
-/* What was met on the lines of Modbus until now. */
+/* Take the counts of the Modbus lines. */
 static void cmd_run_lines(struct cmd_run *self)
 {
     const struct rig *rig = &self->job.rig;

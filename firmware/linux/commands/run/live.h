@@ -50,8 +50,8 @@ enum status live_read(struct live *live, const struct options *options);
 enum status live_use(struct live *live, const struct options *options,
                      struct rig *rig);
 
-/* Before anything is opened that would have torque: STATUS_REFUSED, with a line on
- * stderr for each, where a bus cannot carry the rig. */
+/* Judge the buses before anything is opened that would have torque: STATUS_REFUSED,
+ * with a line on stderr for each that cannot carry the rig. */
 enum status live_fits(const struct live *live, const struct options *options);
 
 /* Open the ports that the options ask for (real, pty, realtime).  Statuses as

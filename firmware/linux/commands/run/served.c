@@ -183,7 +183,7 @@ enum status served_look(struct served *self)
     return STATUS_OK;
 }
 
-/* Where another client has stopped what this one does, that is why. */
+/* Say why a command was refused: a stop of another client comes first. */
 static enum status served_refused(struct served *self, const char *name,
                                   const cJSON *answer)
 {

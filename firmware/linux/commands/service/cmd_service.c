@@ -77,7 +77,7 @@ static enum status cmd_service_page_alone(const struct options *options)
     return STATUS_INPUT;
 }
 
-/* What is to be recorded later is not to fail then. */
+/* Refuse a folder for recordings that is not there, at the start and not later. */
 static enum status cmd_service_recordings(const struct options *options)
 {
     struct stat about;

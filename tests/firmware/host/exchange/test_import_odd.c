@@ -251,7 +251,7 @@ static void few_rows_and_rows_that_stand_are_not_odd(void **state)
     assert_int_equal(odd.kind, IMPORT_ODD_NONE);
 }
 
-/* As waypoints of a robot: few, and seconds apart. */
+/* Make keys like waypoints of a robot: few, and seconds apart. */
 static struct plan_axis few(const double pos[], uint32_t count, double s)
 {
     for (uint32_t k = 0; k < count; k++) {

@@ -365,7 +365,7 @@ static void rails_that_may_rack_their_bridge_are_said(void **state)
     }
 }
 
-/* Where slew takes the bridge to be square both axes have one place. */
+/* Both axes have one place where slew takes the bridge to be square. */
 static void rails_of_a_gantry_agree_with_the_kinematics(void **state)
 {
     static const char text[] =

@@ -42,8 +42,9 @@ struct line {
     _Atomic int corrupt;
     _Atomic bool stop;
     bool is_tcp, streamed, broke;
-    /* Of answers, in 1000: late, behind stray bytes, of another transaction; of
-     * connections, which are taken again up to two time-outs later */
+    /* Shares in 1000 of answers that are late, behind stray bytes, of another
+     * transaction, and of connections that close and are taken again up to two
+     * time-outs later */
     unsigned late, strays, others, closes;
     uint64_t seed;
     int64_t busy_ns; /* it takes none until then */

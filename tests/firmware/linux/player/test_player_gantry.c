@@ -52,7 +52,7 @@ static void open_at(double left_mm, double right_mm)
         MOTION_OK);
 }
 
-/* From anywhere, and from out of square: nothing racks it further than it was. */
+/* Nothing racks a bridge further than it was, from anywhere, also out of square. */
 static void the_way_to_a_move_and_the_move_keep_a_bridge_square(void **state)
 {
     static const struct {

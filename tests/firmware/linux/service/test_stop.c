@@ -241,7 +241,7 @@ static void figures_print(const struct figures *self, const char *what)
 
 /* --- in company --- */
 
-/* After a stop it lets go, and presses again. */
+/* Let go after a stop, and press again. */
 static void flood(void)
 {
     static enum controller_state last;
@@ -597,7 +597,7 @@ static void says_stop_and_hangs_up(const struct parting *self,
         close(who.file);
 }
 
-/* Also where what it is told fails before what it has said was read. */
+/* The stop counts also where what its client is told fails before it was read. */
 static void a_stop_of_one_that_has_hung_up_is_obeyed(void **test)
 {
     static const struct parting row[] = {

@@ -336,7 +336,7 @@ static void quirk_overhear(struct quirk_servo *servo, uint32_t key,
         (void)quirk_write(servo, key, size, quirk_u32(frame->data + 4, size));
 }
 
-/* In the order of the requests. */
+/* Answer in the order of the requests. */
 static void quirk_reply(struct quirk_servo *servo,
                         const struct hal_can_frame *frame)
 {

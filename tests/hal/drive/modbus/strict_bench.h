@@ -74,7 +74,7 @@ strict_bench_config(const struct strict_bench *bench,
     };
 }
 
-/* After strict_bench_load, with what the test has changed in the map. */
+/* Begin after strict_bench_load, with what the test has changed in the map. */
 static inline void strict_bench_begin(struct strict_bench *bench,
                                       enum strict_modbus_kind kind)
 {

@@ -382,7 +382,7 @@ static void what_a_gateway_misses_is_a_missing_answer(void **state)
     }
 }
 
-/* What it says while the drive is looked for is not that of another drive. */
+/* A gateway's exception while the drive is looked for is no other drive. */
 static void a_drive_behind_a_gateway_is_waited_for(void **state)
 {
     (void)state;

@@ -73,7 +73,7 @@ static void pass(int64_t dur_ns)
     }
 }
 
-/* Of the way out, of a write or of any request, and why. */
+/* Accept a sentence about the way out, a write or any request, with its reason. */
 static bool is_true(const char *text)
 {
     static const char *const ways[] = { "lost, then switched off: ",

@@ -62,7 +62,7 @@ static void it_asks_for_the_version_and_the_position(void **state)
     assert_int_equal(drive.family, DRIVE_ODRIVE_06);
 }
 
-/* What it waits for, from the first cycle on; a position that is none. */
+/* It says what it waits for from the first cycle on, and that a position is none. */
 static void it_says_what_it_waits_for(void **state)
 {
     struct drive_odrive_config config = base;

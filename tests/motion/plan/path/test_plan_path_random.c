@@ -53,8 +53,8 @@ static bool is_same(const struct plan_point *a, const struct plan_point *b)
     return memcmp(a->q32, b->q32, sizeof a->q32) == 0;
 }
 
-/* On a coarse grid, so that paths run back over themselves; near to the last one,
- * or the last one again. */
+/* Draw points on a coarse grid, so that paths run back over themselves; near to the last
+ * one, or the last one again. */
 static void draw_points(uint64_t *seed, struct drawn *drawn)
 {
     struct plan_points *points = &drawn->path.points;
@@ -311,7 +311,7 @@ static void paths_are_planned_or_refused_with_their_reason(void **state)
 
 /* --- less is never slower ----------------------------------------------------- */
 
-/* What grids and local minima may take of a least time: 0.2 % and 2 ms. */
+/* Allow what grids and local minima may take of a least time: 0.2 % and 2 ms. */
 static double with_rounding(double duration)
 {
     return duration * 1.002 + 0.002;
@@ -372,7 +372,7 @@ static void fewer_limits_caps_and_stops_are_never_slower(void **state)
     }
 }
 
-/* To a point and back, far too short for any speed to be reached: four times as long as
+/* A way to a point and back, far too short for any speed to be reached: four times as long as
  * its acceleration takes for half of the distance, or its jerk for a quarter. */
 static void paths_of_every_size_take_their_least_time(void **state)
 {

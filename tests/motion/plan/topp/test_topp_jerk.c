@@ -13,7 +13,7 @@
 #include "tests/motion/plan/topp/topp_rig.h"
 #include "tests/support/check.h"
 
-/* Of what was solved last. */
+/* The pool of what was solved last. */
 static struct plan_pool pool;
 
 #define EXCESS 1e-6

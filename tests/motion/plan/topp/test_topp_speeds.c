@@ -16,7 +16,7 @@
 #include "tests/motion/plan/topp/topp_judge.h"
 #include "tests/motion/plan/topp/topp_rig.h"
 
-/* Of what was solved last. */
+/* The pool of what was solved last. */
 static struct plan_pool pool;
 
 #define EXCESS 1e-6
