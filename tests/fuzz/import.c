@@ -32,11 +32,11 @@ int fuzz_import_with(const struct import_format *format, const uint8_t *data,
 {
     static struct rig rig;
     static struct imported imported;
-    struct import_wish wish = { .rig = &rig,
-                                .fps = { 24, 1 },
-                                .curve = PLAN_CURVE_QUINTIC,
-                                .has_comma = size % 2 == 1,
-                                .unwrap = size % 3 == 1 };
+    struct import_settings settings = { .rig = &rig,
+                                        .fps = { 24, 1 },
+                                        .curve = PLAN_CURVE_QUINTIC,
+                                        .has_comma = size % 2 == 1,
+                                        .unwrap = size % 3 == 1 };
     char message[YAML_MESSAGE_MAX] = "";
 
     if (rig.axis_count == 0)
@@ -44,11 +44,11 @@ int fuzz_import_with(const struct import_format *format, const uint8_t *data,
             rig_load(&disk_files, "tests/fuzz/rig.yaml", &rig, message) == 0,
             "the rig is there");
     const char *path = fuzz_file(data, size);
-    if (format->read(&disk_files, path, &wish, &imported, message) < 0) {
+    if (format->read(&disk_files, path, &settings, &imported, message) < 0) {
         fuzz_claim_sentence(path, message);
         return 0;
     }
-    if (import_adjust(&wish, &imported, message) == 0)
+    if (import_adjust(&settings, &imported, message) == 0)
         fuzz_import_taken(&imported);
     else
         fuzz_claim(message[0] != 0, "an error has a sentence");

@@ -20,7 +20,7 @@
 #define IMPORT_NAMES_MAX   ((size_t)RIG_AXES_MAX * PLAN_NAME_MAX)
 
 /* What the user said. */
-struct import_wish {
+struct import_settings {
     const struct rig *rig;
     struct units_fps fps; /* den 0: not said */
     /* What each column (curve, joint) is, in the file's order, with that of times;
@@ -83,8 +83,8 @@ struct import_format {
     /* 0, or -1 with the sentence written; nothing is on the heap then.  NULL:
      * cannot be read. */
     int (*read)(const struct files *files, const char *path,
-                const struct import_wish *wish, struct imported *imported,
-                char message[YAML_MESSAGE_MAX]);
+                const struct import_settings *settings,
+                struct imported *imported, char message[YAML_MESSAGE_MAX]);
     /* Writes to a file that is kept only when this returns 0; otherwise -1 and
      * the sentence. */
     int (*write)(const struct job *job, const struct units_fps *fps, FILE *file,
@@ -101,8 +101,8 @@ void import_format_unknown(const char *name, const char *const also[],
                            char message[YAML_MESSAGE_MAX]);
 
 /* "frame,pan,-,tilt".  0, or -1 with the sentence written. */
-int import_wish_columns(struct import_wish *wish, const char *text,
-                        char message[YAML_MESSAGE_MAX]);
+int import_settings_columns(struct import_settings *settings, const char *text,
+                            char message[YAML_MESSAGE_MAX]);
 
 /* One more column of the file, not yet known what it is. */
 int import_add_column(const struct import_text *text, struct plan_place place,
@@ -112,15 +112,15 @@ int import_add_column(const struct import_text *text, struct plan_place place,
  * them or is refused, or by their own names.  Of a table ("column") they may be
  * times, velocities and accelerations too, of curves and joints they are axes. */
 int import_name_columns(const struct import_text *text,
-                        const struct import_wish *wish,
+                        const struct import_settings *settings,
                         struct imported *imported);
 
-/* Of the axis: unwrapped, scaled and moved as the wish says, and times that are
+/* Adjust an axis: unwrapped, scaled and moved as the settings say, and times that are
  * frames but for rounding are frames.  0, or -1 with the sentence written. */
-int import_adjust(const struct import_wish *wish, struct imported *imported,
-                  char message[YAML_MESSAGE_MAX]);
-/* What the wish says of an axis of the rig. */
-int import_adjust_of(const struct import_wish *wish, unsigned axis,
+int import_adjust(const struct import_settings *settings,
+                  struct imported *imported, char message[YAML_MESSAGE_MAX]);
+/* What the settings say of an axis of the rig. */
+int import_adjust_of(const struct import_settings *settings, unsigned axis,
                      struct import_adjust *adjust,
                      char message[YAML_MESSAGE_MAX]);
 /* A turn of an axis that turns, Q32; 0: it does not. */
@@ -129,7 +129,7 @@ int64_t import_turn_q32(enum units_axis unit);
 /* Start the axis of the move that a column is; NULL with the sentence when it is
  * there already. */
 struct plan_axis *import_add_axis(const struct import_text *text,
-                                  const struct import_wish *wish,
+                                  const struct import_settings *settings,
                                   struct imported *imported,
                                   const struct import_column *column);
 /* One more key, zeroed; NULL with the sentence at PLAN_KEYS_MAX. */
@@ -139,26 +139,26 @@ struct plan_key *import_add_key(const struct import_text *text,
 
 /* The readers and writers of the table. */
 int import_kuper(const struct files *files, const char *path,
-                 const struct import_wish *wish, struct imported *imported,
-                 char message[YAML_MESSAGE_MAX]);
+                 const struct import_settings *settings,
+                 struct imported *imported, char message[YAML_MESSAGE_MAX]);
 int import_flair(const struct files *files, const char *path,
-                 const struct import_wish *wish, struct imported *imported,
-                 char message[YAML_MESSAGE_MAX]);
+                 const struct import_settings *settings,
+                 struct imported *imported, char message[YAML_MESSAGE_MAX]);
 int import_raw(const struct files *files, const char *path,
-               const struct import_wish *wish, struct imported *imported,
-               char message[YAML_MESSAGE_MAX]);
+               const struct import_settings *settings,
+               struct imported *imported, char message[YAML_MESSAGE_MAX]);
 int import_csv(const struct files *files, const char *path,
-               const struct import_wish *wish, struct imported *imported,
-               char message[YAML_MESSAGE_MAX]);
+               const struct import_settings *settings,
+               struct imported *imported, char message[YAML_MESSAGE_MAX]);
 int import_anim(const struct files *files, const char *path,
-                const struct import_wish *wish, struct imported *imported,
-                char message[YAML_MESSAGE_MAX]);
+                const struct import_settings *settings,
+                struct imported *imported, char message[YAML_MESSAGE_MAX]);
 int import_blender(const struct files *files, const char *path,
-                   const struct import_wish *wish, struct imported *imported,
-                   char message[YAML_MESSAGE_MAX]);
+                   const struct import_settings *settings,
+                   struct imported *imported, char message[YAML_MESSAGE_MAX]);
 int import_ros(const struct files *files, const char *path,
-               const struct import_wish *wish, struct imported *imported,
-               char message[YAML_MESSAGE_MAX]);
+               const struct import_settings *settings,
+               struct imported *imported, char message[YAML_MESSAGE_MAX]);
 int export_kuper(const struct job *job, const struct units_fps *fps, FILE *file,
                  char message[YAML_MESSAGE_MAX]);
 int export_flair(const struct job *job, const struct units_fps *fps, FILE *file,

@@ -27,7 +27,7 @@ int64_t import_turn_q32(enum units_axis unit)
                                     : 0;
 }
 
-/* ---- what the wish says ---- */
+/* ---- what the settings say ---- */
 
 /* The value for an axis in "10" or "pan=-1, slide=25.4"; false: none. */
 static bool adjust_find(const char *list, const char *name,
@@ -122,19 +122,19 @@ static bool adjust_ratio(const char *text, int64_t *num, int64_t *den)
     return true;
 }
 
-int import_adjust_of(const struct import_wish *wish, unsigned axis,
+int import_adjust_of(const struct import_settings *settings, unsigned axis,
                      struct import_adjust *adjust,
                      char message[YAML_MESSAGE_MAX])
 {
-    const struct rig_axis *on = &wish->rig->axis[axis];
+    const struct rig_axis *on = &settings->rig->axis[axis];
     const struct units_context context = { .unit = on->unit };
     char item[ADJUST_ITEM_MAX], sentence[UNITS_SENTENCE_MAX], quote[QUOTE_MAX];
 
     *adjust = (struct import_adjust){ 1, 1, 0 };
-    if (adjust_check(wish->rig, "scale", wish->scale, message) < 0 ||
-        adjust_check(wish->rig, "offset", wish->offset, message) < 0)
+    if (adjust_check(settings->rig, "scale", settings->scale, message) < 0 ||
+        adjust_check(settings->rig, "offset", settings->offset, message) < 0)
         return -1;
-    if (adjust_find(wish->scale, on->name, item) &&
+    if (adjust_find(settings->scale, on->name, item) &&
         !adjust_ratio(item, &adjust->num, &adjust->den)) {
         snprintf(message, YAML_MESSAGE_MAX,
                  "--scale: %s is no factor, expected such as 25.4, -1 or "
@@ -142,7 +142,7 @@ int import_adjust_of(const struct import_wish *wish, unsigned axis,
                  quote_text(quote, item, strlen(item)));
         return -1;
     }
-    if (adjust_find(wish->offset, on->name, item) &&
+    if (adjust_find(settings->offset, on->name, item) &&
         units_parse(item, UNITS_POSITION, &context, &adjust->offset_q32,
                     sentence) < 0) {
         snprintf(message, YAML_MESSAGE_MAX, "--offset: %s: %s", on->name,
@@ -261,18 +261,19 @@ static struct import_column *adjust_column(struct imported *imported, int axis)
     return NULL;
 }
 
-int import_adjust(const struct import_wish *wish, struct imported *imported,
-                  char message[YAML_MESSAGE_MAX])
+int import_adjust(const struct import_settings *settings,
+                  struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
     for (uint32_t i = 0; i < imported->move.axis_count; i++) {
         struct plan_axis *axis = &imported->move.axis[i];
-        const int index = rig_axis_index(wish->rig, axis->name);
-        const int64_t turn_q32 = import_turn_q32(wish->rig->axis[index].unit);
+        const int index = rig_axis_index(settings->rig, axis->name);
+        const int64_t turn_q32 =
+            import_turn_q32(settings->rig->axis[index].unit);
         struct import_column *column = adjust_column(imported, index);
         struct import_adjust adjust;
-        if (import_adjust_of(wish, (unsigned)index, &adjust, message) < 0)
+        if (import_adjust_of(settings, (unsigned)index, &adjust, message) < 0)
             return -1;
-        if (wish->unwrap && turn_q32 > 0 && column != NULL)
+        if (settings->unwrap && turn_q32 > 0 && column != NULL)
             column->wraps = adjust_unwrap(axis, turn_q32);
         adjust_times(&imported->fps, axis);
         if (adjust.num == adjust.den && adjust.offset_q32 == 0)
@@ -281,7 +282,8 @@ int import_adjust(const struct import_wish *wish, struct imported *imported,
             snprintf(message, YAML_MESSAGE_MAX,
                      "axis %s goes beyond 2147483647 %s with this scale and "
                      "offset",
-                     axis->name, units_axis_text(wish->rig->axis[index].unit));
+                     axis->name,
+                     units_axis_text(settings->rig->axis[index].unit));
             return -1;
         }
     }

@@ -82,7 +82,7 @@ static const char *const anim_infinity[] = {
 
 struct anim_read {
     struct import_text text;
-    const struct import_wish *wish;
+    const struct import_settings *settings;
     struct imported *out;
     const char *linear, *angular, *tangent_angle, *time_unit;
     bool breakdown; /* keys have the third flag: version 1.1 */
@@ -418,8 +418,8 @@ static int anim_read_name(struct anim_read *self)
 
 static bool anim_has_axis(const struct anim_read *self, const char *name)
 {
-    for (unsigned i = 0; i < self->wish->rig->axis_count; i++)
-        if (import_text_same(self->wish->rig->axis[i].name, name))
+    for (unsigned i = 0; i < self->settings->rig->axis_count; i++)
+        if (import_text_same(self->settings->rig->axis[i].name, name))
             return true;
     return false;
 }
@@ -476,7 +476,7 @@ static int anim_scan(struct anim_read *self)
     }
     if (found < 0 ||
         (self->out->columns > 0 &&
-         import_name_columns(&self->text, self->wish, self->out) < 0))
+         import_name_columns(&self->text, self->settings, self->out) < 0))
         return -1;
     self->text = begin;
     self->named = false;
@@ -485,7 +485,7 @@ static int anim_scan(struct anim_read *self)
 
 static int anim_open_curve(struct anim_read *self)
 {
-    const struct import_wish *wish = self->wish;
+    const struct import_settings *settings = self->settings;
     struct import_column *column = &self->out->column[self->curves++];
     self->curve.axis = NULL;
     self->unit = self->linear;
@@ -495,10 +495,11 @@ static int anim_open_curve(struct anim_read *self)
     self->skipped = column->axis < 0;
     if (self->skipped)
         return 0;
-    self->curve.axis = import_add_axis(&self->text, wish, self->out, column);
+    self->curve.axis =
+        import_add_axis(&self->text, settings, self->out, column);
     if (self->curve.axis == NULL)
         return -1;
-    self->axis_unit = wish->rig->axis[column->axis].unit;
+    self->axis_unit = settings->rig->axis[column->axis].unit;
     return 0;
 }
 
@@ -774,11 +775,11 @@ static void anim_note(const struct anim_read *self)
 }
 
 int import_anim(const struct files *files, const char *path,
-                const struct import_wish *wish, struct imported *imported,
-                char message[YAML_MESSAGE_MAX])
+                const struct import_settings *settings,
+                struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
     struct anim_read *self = memory_new(1, sizeof *self);
-    *self = (struct anim_read){ .wish = wish,
+    *self = (struct anim_read){ .settings = settings,
                                 .out = imported,
                                 .linear = "cm",
                                 .angular = "deg",
@@ -786,7 +787,7 @@ int import_anim(const struct files *files, const char *path,
     *imported = (struct imported){ .fps = { 24, 1 }, .column_word = "curve" };
     int err =
         import_text_load(&self->text, files, path, message, YAML_MESSAGE_MAX);
-    self->text.progress = wish->progress;
+    self->text.progress = settings->progress;
     if (err == 0)
         err = anim_read_file(self);
     if (err == 0)

@@ -26,7 +26,7 @@ struct blender_key {
 };
 
 struct blender_read {
-    const struct import_wish *wish;
+    const struct import_settings *settings;
     struct imported *out;
     struct import_text text; /* for sentences only */
     struct units_context units;
@@ -420,23 +420,23 @@ static int blender_name_curves(struct blender_read *self,
             return -1;
         curve.node = yaml_value_node(&curve)->next;
     }
-    return import_name_columns(&self->text, self->wish, self->out);
+    return import_name_columns(&self->text, self->settings, self->out);
 }
 
 /* false: left out.  NULL axis: refused. */
 static bool blender_open(struct blender_read *self)
 {
-    const struct import_wish *wish = self->wish;
+    const struct import_settings *settings = self->settings;
     struct import_column *column = &self->out->column[self->curves++];
 
     self->axis = NULL;
     if (column->axis < 0)
         return false;
-    self->axis = import_add_axis(&self->text, wish, self->out, column);
+    self->axis = import_add_axis(&self->text, settings, self->out, column);
     if (self->axis == NULL)
         return true;
     self->axis->curve = PLAN_CURVE_BEZIER;
-    self->units.unit = wish->rig->axis[column->axis].unit;
+    self->units.unit = settings->rig->axis[column->axis].unit;
     return true;
 }
 
@@ -546,8 +546,8 @@ static int blender_read_base(void *reader, const struct yaml_value *value,
         return yaml_report_at(&value->tree->report,
                               yaml_tree_place(value->tree, value->node),
                               "%s %s", value->name, sentence);
-    if (self->wish->fps.den != 0)
-        self->out->fps = self->wish->fps;
+    if (self->settings->fps.den != 0)
+        self->out->fps = self->settings->fps;
     self->units.fps = self->out->fps;
     return 0;
 }
@@ -596,18 +596,18 @@ static const struct yaml_shape blender_shape = { "action", blender_fields,
                                                  ARRAY_LEN(blender_fields) };
 
 int import_blender(const struct files *files, const char *path,
-                   const struct import_wish *wish, struct imported *imported,
-                   char message[YAML_MESSAGE_MAX])
+                   const struct import_settings *settings,
+                   struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
-    struct blender_read self = { .wish = wish,
+    struct blender_read self = { .settings = settings,
                                  .out = imported,
                                  .text.report = report };
     struct yaml_tree tree;
     int err;
 
     *imported = (struct imported){ .column_word = "curve" };
-    plan_progress_tell(wish->progress, "reading", path, 0, 0);
+    plan_progress_tell(settings->progress, "reading", path, 0, 0);
     if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     err = yaml_fields_read(

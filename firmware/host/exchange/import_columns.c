@@ -35,18 +35,18 @@ static int import_columns_refuse(char message[YAML_MESSAGE_MAX])
     return -1;
 }
 
-int import_wish_columns(struct import_wish *wish, const char *text,
-                        char message[YAML_MESSAGE_MAX])
+int import_settings_columns(struct import_settings *settings, const char *text,
+                            char message[YAML_MESSAGE_MAX])
 {
     for (;; text++) {
         const size_t length = strcspn(text, ",");
-        char *name = wish->column[wish->column_count];
+        char *name = settings->column[settings->column_count];
         if (length == 0 || length >= IMPORT_NAME_MAX ||
-            wish->column_count + 1 == IMPORT_COLUMNS_MAX)
+            settings->column_count + 1 == IMPORT_COLUMNS_MAX)
             return import_columns_refuse(message);
         memcpy(name, text, length);
         name[length] = 0;
-        wish->column_count++;
+        settings->column_count++;
         text += length;
         if (*text == 0)
             return 0;
@@ -81,12 +81,12 @@ void import_axis_names(const struct rig *rig, char text[IMPORT_NAMES_MAX])
 }
 
 struct plan_axis *import_add_axis(const struct import_text *text,
-                                  const struct import_wish *wish,
+                                  const struct import_settings *settings,
                                   struct imported *imported,
                                   const struct import_column *column)
 {
     struct plan_move *move = &imported->move;
-    const char *name = wish->rig->axis[column->axis].name;
+    const char *name = settings->rig->axis[column->axis].name;
     for (unsigned i = 0; i < move->axis_count; i++)
         if (strcmp(move->axis[i].name, name) == 0) {
             yaml_report_at(&text->report, column->place,
@@ -94,10 +94,11 @@ struct plan_axis *import_add_axis(const struct import_text *text,
             return NULL;
         }
     if (move->axis == NULL &&
-        plan_move_reserve(move, wish->rig->axis_count) < 0)
+        plan_move_reserve(move, settings->rig->axis_count) < 0)
         memory_fail();
     struct plan_axis *axis = &move->axis[move->axis_count++];
-    *axis = (struct plan_axis){ .curve = wish->curve, .place = column->place };
+    *axis =
+        (struct plan_axis){ .curve = settings->curve, .place = column->place };
     memcpy(axis->name, name, PLAN_NAME_MAX);
     return axis;
 }
@@ -285,7 +286,7 @@ static void import_column_names(const struct imported *imported,
 
 /* Where somebody did not count a column of times: what --columns should have been,
  * with its names in the places of all others. */
-static void import_columns_propose(const struct import_wish *wish,
+static void import_columns_propose(const struct import_settings *settings,
                                    const struct imported *imported,
                                    char text[IMPORT_LIST_MAX])
 {
@@ -296,14 +297,14 @@ static void import_columns_propose(const struct import_wish *wish,
     for (unsigned i = 0; i < imported->columns && import_is_table(imported);
          i++)
         times += import_is_time(imported->column[i].name);
-    if (times == 0 || wish->column_count + times != imported->columns)
+    if (times == 0 || settings->column_count + times != imported->columns)
         return;
     for (unsigned i = 0;
          i < imported->columns && used + IMPORT_NAME_MAX + 24 < IMPORT_LIST_MAX;
          i++) {
         const char *name = imported->column[i].name;
         if (!import_is_time(name))
-            name = wish->column[next++];
+            name = settings->column[next++];
         if (name != imported->column[i].name && import_is_time(name)) {
             text[0] = 0; /* it was counted, and another was not */
             return;
@@ -314,15 +315,16 @@ static void import_columns_propose(const struct import_wish *wish,
 }
 
 static int import_columns_count(const struct import_text *text,
-                                const struct import_wish *wish,
+                                const struct import_settings *settings,
                                 const struct imported *imported)
 {
     char names[IMPORT_LIST_MAX], propose[IMPORT_LIST_MAX], word[16];
 
-    if (wish->column_count == 0 || wish->column_count == imported->columns)
+    if (settings->column_count == 0 ||
+        settings->column_count == imported->columns)
         return 0;
     import_column_names(imported, names);
-    import_columns_propose(wish, imported, propose);
+    import_columns_propose(settings, imported, propose);
     snprintf(word, sizeof word, "%ss", imported->column_word);
     return yaml_report_at(
         &text->report, imported->column[0].place,
@@ -330,7 +332,7 @@ static int import_columns_count(const struct import_text *text,
         "- for one that is no axis%s",
         imported->columns,
         number_word(imported->columns, imported->column_word, word), names,
-        wish->column_count, propose);
+        settings->column_count, propose);
 }
 
 static int import_no_unit(const struct import_text *text,
@@ -346,10 +348,10 @@ static int import_no_unit(const struct import_text *text,
 }
 
 static int import_unknown(const struct import_text *text,
-                          const struct import_wish *wish,
+                          const struct import_settings *settings,
                           const struct import_column *column, const char *name)
 {
-    const struct rig *rig = wish->rig;
+    const struct rig *rig = settings->rig;
     const char *names[RIG_AXES_MAX];
     char quote[QUOTE_MAX], list[QUOTE_LIST_MAX], base[IMPORT_NAME_MAX];
     char unit[IMPORT_UNIT_MAX];
@@ -371,7 +373,7 @@ static int import_unknown(const struct import_text *text,
 
 /* A unit that the file has in brackets stays its unit under another name. */
 static int import_keep_unit(const struct import_text *text,
-                            const struct import_wish *wish,
+                            const struct import_settings *settings,
                             struct import_column *column)
 {
     char base[IMPORT_NAME_MAX], unit[IMPORT_UNIT_MAX];
@@ -379,24 +381,24 @@ static int import_keep_unit(const struct import_text *text,
 
     if (column->part != IMPORT_POSITION || column->unit[0] != 0 ||
         !import_split(column->name, base, unit) ||
-        import_take_unit(wish->rig, column->axis, unit, column))
+        import_take_unit(settings->rig, column->axis, unit, column))
         return 0;
     for (unsigned i = 0; i < UNITS_AXIS_WORDS; i++)
         is_unit |= import_is_unit(unit, UNITS_POSITION, (enum units_axis)i);
     return is_unit ? import_no_unit(text, column,
-                                    &wish->rig->axis[column->axis], unit)
+                                    &settings->rig->axis[column->axis], unit)
                    : 0;
 }
 
 /* "-" leaves out what is no time. */
 static int import_name_column(const struct import_text *text,
-                              const struct import_wish *wish,
+                              const struct import_settings *settings,
                               struct imported *imported, unsigned i)
 {
     const bool is_table = import_is_table(imported);
     struct import_column *column = &imported->column[i];
-    const bool is_said = wish->column_count > 0;
-    const char *name = is_said ? wish->column[i] : column->called;
+    const bool is_said = settings->column_count > 0;
+    const char *name = is_said ? settings->column[i] : column->called;
 
     column->axis = -1;
     column->part = IMPORT_LEFT_OUT;
@@ -408,27 +410,27 @@ static int import_name_column(const struct import_text *text,
         column->part = IMPORT_NAMELESS;
         return 0;
     }
-    if (!import_mean(wish->rig, name, column) ||
+    if (!import_mean(settings->rig, name, column) ||
         (!is_table && column->part != IMPORT_POSITION))
-        return import_unknown(text, wish, column, name);
+        return import_unknown(text, settings, column, name);
     if (is_table && column->axis >= 0 && import_is_time(name))
         return yaml_report_at(&text->report, column->place,
                               "'%s' is an axis of the rig and a column of "
                               "times, expected another name",
                               name);
-    return is_said ? import_keep_unit(text, wish, column) : 0;
+    return is_said ? import_keep_unit(text, settings, column) : 0;
 }
 
 int import_name_columns(const struct import_text *text,
-                        const struct import_wish *wish,
+                        const struct import_settings *settings,
                         struct imported *imported)
 {
     unsigned axes = 0;
 
-    if (import_columns_count(text, wish, imported) < 0)
+    if (import_columns_count(text, settings, imported) < 0)
         return -1;
     for (unsigned i = 0; i < imported->columns; i++) {
-        if (import_name_column(text, wish, imported, i) < 0)
+        if (import_name_column(text, settings, imported, i) < 0)
             return -1;
         axes += imported->column[i].part == IMPORT_POSITION;
     }

@@ -163,16 +163,16 @@ static int fit_goals(const struct rig *rig, struct plan_axis *axis,
 
 /* Of an axis that breaks a limit: the curve that it takes or could take, and what is
  * against all of them. */
-static void fit_choose(const struct import_wish *wish, bool sampled,
+static void fit_choose(const struct import_settings *settings, bool sampled,
                        const struct plan_axis *axis, int over,
                        struct import_fit *fit)
 {
-    const struct rig *rig = wish->rig;
-    const bool is_free = sampled && !wish->has_curve;
+    const struct rig *rig = settings->rig;
+    const bool is_free = sampled && !settings->has_curve;
 
-    if (sampled != wish->has_curve)
+    if (sampled != settings->has_curve)
         fit->changed =
-            fit_search(rig, axis, sampled ? fit_curves : &wish->curve,
+            fit_search(rig, axis, sampled ? fit_curves : &settings->curve,
                        sampled ? ARRAY_LEN(fit_curves) : 1, 0, &fit->other);
     if (!fit->changed && !is_free)
         fit->has_other = fit_search(rig, axis, fit_curves,
@@ -190,11 +190,11 @@ static void fit_choose(const struct import_wish *wish, bool sampled,
     fit->needs_time = fit->changed || over == FIT_CURABLE;
 }
 
-int import_fit(const struct import_wish *wish, bool sampled,
+int import_fit(const struct import_settings *settings, bool sampled,
                struct plan_axis *axis, struct import_fit *fit,
                struct plan_error *error)
 {
-    const struct rig *rig = wish->rig;
+    const struct rig *rig = settings->rig;
     int over = MOTION_OK;
 
     *fit = (struct import_fit){ .curve = axis->curve };
@@ -202,13 +202,13 @@ int import_fit(const struct import_wish *wish, bool sampled,
         over = fit_goals(rig, axis, fit, error);
     if (over < 0)
         return over;
-    over = fit_judge(wish->rig, axis, &fit->worst, error);
+    over = fit_judge(settings->rig, axis, &fit->worst, error);
     if (over < 0)
         return over;
     fit->passes = over == 0;
     if (fit->passes || fit->kept > 0)
         return MOTION_OK;
-    fit_choose(wish, sampled, axis, over, fit);
+    fit_choose(settings, sampled, axis, over, fit);
     if (fit->changed)
         (void)fit_bare(axis, fit->other);
     return MOTION_OK;

@@ -37,7 +37,7 @@ struct import_fit {
  * one was, that one if it passes.  MOTION_OK, or what planning the axis as it
  * was read has against it, or that it turns back without resting where its drive
  * cannot, with the sentence in `error`. */
-int import_fit(const struct import_wish *wish, bool sampled,
+int import_fit(const struct import_settings *settings, bool sampled,
                struct plan_axis *axis, struct import_fit *fit,
                struct plan_error *error);
 

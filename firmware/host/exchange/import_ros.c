@@ -26,7 +26,7 @@ struct ros_joint {
 };
 
 struct ros_read {
-    const struct import_wish *wish;
+    const struct import_settings *settings;
     struct imported *out;
     struct import_text text; /* its report */
     struct ros_joint joint[IMPORT_COLUMNS_MAX];
@@ -43,10 +43,11 @@ static int ros_joint(struct ros_read *self, struct import_column *column)
 
     if (column->axis < 0)
         return 0;
-    joint->axis = import_add_axis(&self->text, self->wish, self->out, column);
+    joint->axis =
+        import_add_axis(&self->text, self->settings, self->out, column);
     if (joint->axis == NULL)
         return -1;
-    joint->unit = self->wish->rig->axis[column->axis].unit;
+    joint->unit = self->settings->rig->axis[column->axis].unit;
     snprintf(column->unit, sizeof column->unit, "%s",
              joint->unit == UNITS_AXIS_MM ? "m" : "rad");
     if (joint->unit < UNITS_AXIS_COUNT)
@@ -73,7 +74,7 @@ static int ros_joints(struct ros_read *self, const struct yaml_value *list)
                               name, name) < 0)
             return -1;
     }
-    if (import_name_columns(&self->text, self->wish, self->out) < 0)
+    if (import_name_columns(&self->text, self->settings, self->out) < 0)
         return -1;
     for (uint32_t i = 0; i < count; i++)
         if (ros_joint(self, &self->out->column[i]) < 0)
@@ -242,7 +243,8 @@ static int ros_points(struct ros_read *self, const struct yaml_value *list)
         return -1;
     for (item.node = yaml_value_node(list)->first; item.node != 0;
          item.node = yaml_value_node(&item)->next, i++) {
-        plan_progress_tell(self->wish->progress, "reading", "points", i, count);
+        plan_progress_tell(self->settings->progress, "reading", "points", i,
+                           count);
         if (ros_point(self, &item, i == 0) < 0)
             return -1;
     }
@@ -287,17 +289,19 @@ static int ros_message(struct ros_read *self, const struct yaml_tree *tree)
 }
 
 int import_ros(const struct files *files, const char *path,
-               const struct import_wish *wish, struct imported *imported,
-               char message[YAML_MESSAGE_MAX])
+               const struct import_settings *settings,
+               struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
-    struct ros_read self = {
-        .wish = wish, .out = imported, .text.report = report, .t_ns_q12 = -1
-    };
+    struct ros_read self = { .settings = settings,
+                             .out = imported,
+                             .text.report = report,
+                             .t_ns_q12 = -1 };
     struct yaml_tree tree;
     int err;
 
-    *imported = (struct imported){ .fps = wish->fps, .column_word = "joint" };
+    *imported =
+        (struct imported){ .fps = settings->fps, .column_word = "joint" };
     if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     err = ros_message(&self, &tree);

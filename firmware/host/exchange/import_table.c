@@ -25,7 +25,7 @@ struct table_column {
 
 struct table_read {
     struct import_text text;
-    const struct import_wish *wish;
+    const struct import_settings *settings;
     struct imported *out;
     struct table_column column[IMPORT_COLUMNS_MAX];
     struct import_word cell[IMPORT_COLUMNS_MAX + 1]; /* of a row */
@@ -56,7 +56,8 @@ static struct plan_axis *table_axis(const struct table_read *self, int axis)
     struct plan_move *move = &self->out->move;
 
     for (unsigned i = 0; i < move->axis_count; i++)
-        if (strcmp(move->axis[i].name, self->wish->rig->axis[axis].name) == 0)
+        if (strcmp(move->axis[i].name, self->settings->rig->axis[axis].name) ==
+            0)
             return &move->axis[i];
     return NULL;
 }
@@ -80,7 +81,7 @@ static int table_take_time(struct table_read *self,
 /* Positions first, so that velocities find theirs. */
 static int table_take_columns(struct table_read *self, bool positions)
 {
-    const struct import_wish *wish = self->wish;
+    const struct import_settings *settings = self->settings;
 
     for (unsigned i = 0; i < self->out->columns; i++) {
         struct import_column *column = &self->out->column[i];
@@ -95,10 +96,10 @@ static int table_take_columns(struct table_read *self, bool positions)
             return -1;
         if (column->axis < 0)
             continue;
-        to->unit = wish->rig->axis[column->axis].unit;
-        to->axis = positions
-                       ? import_add_axis(&self->text, wish, self->out, column)
-                       : table_axis(self, column->axis);
+        to->unit = settings->rig->axis[column->axis].unit;
+        to->axis = positions ? import_add_axis(&self->text, settings, self->out,
+                                               column)
+                             : table_axis(self, column->axis);
         if (to->axis == NULL && positions)
             return -1;
         if (to->axis == NULL)
@@ -106,14 +107,14 @@ static int table_take_columns(struct table_read *self, bool positions)
                                   "'%s' is of axis %s, whose positions are in "
                                   "no column",
                                   column->name,
-                                  wish->rig->axis[column->axis].name);
+                                  settings->rig->axis[column->axis].name);
     }
     return 0;
 }
 
 static int table_columns(struct table_read *self)
 {
-    if (import_name_columns(&self->text, self->wish, self->out) < 0 ||
+    if (import_name_columns(&self->text, self->settings, self->out) < 0 ||
         table_take_columns(self, true) < 0)
         return -1;
     return table_take_columns(self, false);
@@ -303,7 +304,7 @@ static int table_row(struct table_read *self)
  * their last digit rounds, are these. */
 static void table_round(struct table_read *self)
 {
-    const struct units_fps *fps = &self->wish->fps;
+    const struct units_fps *fps = &self->settings->fps;
     const struct plan_move *move = &self->out->move;
     char text[64], sentence[UNITS_SENTENCE_MAX];
     int64_t step_ns_q12;
@@ -367,20 +368,21 @@ static int table_need_fps(const struct table_read *self)
 
 /* One reader: load, head, columns, rows. */
 static int table_read(const struct files *files, const char *path,
-                      const struct import_wish *wish, struct imported *imported,
-                      char *message, int (*head)(struct table_read *self),
-                      char comment)
+                      const struct import_settings *settings,
+                      struct imported *imported, char *message,
+                      int (*head)(struct table_read *self), char comment)
 {
     struct table_read *self = memory_new(1, sizeof *self);
-    *self = (struct table_read){ .wish = wish,
+    *self = (struct table_read){ .settings = settings,
                                  .out = imported,
-                                 .separators = wish->has_comma ? "" : ",",
+                                 .separators = settings->has_comma ? "" : ",",
                                  .rows_said = -1 };
-    *imported = (struct imported){ .fps = wish->fps, .column_word = "column" };
+    *imported =
+        (struct imported){ .fps = settings->fps, .column_word = "column" };
     int err =
         import_text_load(&self->text, files, path, message, YAML_MESSAGE_MAX);
-    self->text.progress = wish->progress;
-    self->text.has_comma = wish->has_comma;
+    self->text.progress = settings->progress;
+    self->text.has_comma = settings->has_comma;
     if (err == 0)
         err = head(self);
     if (err == 0)
@@ -419,11 +421,11 @@ static int table_kuper_head(struct table_read *self)
 }
 
 int import_kuper(const struct files *files, const char *path,
-                 const struct import_wish *wish, struct imported *imported,
-                 char message[YAML_MESSAGE_MAX])
+                 const struct import_settings *settings,
+                 struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
-    return table_read(files, path, wish, imported, message, table_kuper_head,
-                      0);
+    return table_read(files, path, settings, imported, message,
+                      table_kuper_head, 0);
 }
 
 /* --- Flair: three lines, then rows --- */
@@ -435,7 +437,7 @@ static int table_flair_speed(struct table_read *self, const char *key,
     int64_t rows_q32;
     if (import_text_same(key, "speed")) {
         char sentence[UNITS_SENTENCE_MAX];
-        if (self->wish->fps.den == 0 &&
+        if (self->settings->fps.den == 0 &&
             units_parse_fps(word->text, &self->out->fps, sentence) < 0)
             return yaml_report_at(&self->text.report, word->place, "%s",
                                   sentence);
@@ -497,11 +499,11 @@ static int table_flair_head(struct table_read *self)
 }
 
 int import_flair(const struct files *files, const char *path,
-                 const struct import_wish *wish, struct imported *imported,
-                 char message[YAML_MESSAGE_MAX])
+                 const struct import_settings *settings,
+                 struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
-    return table_read(files, path, wish, imported, message, table_flair_head,
-                      '#');
+    return table_read(files, path, settings, imported, message,
+                      table_flair_head, '#');
 }
 
 /* --- Dragonframe raw: nothing above the numbers --- */
@@ -509,7 +511,7 @@ int import_flair(const struct files *files, const char *path,
 /* As many columns as the first row has. */
 static int table_raw_head(struct table_read *self)
 {
-    const struct import_wish *wish = self->wish;
+    const struct import_settings *settings = self->settings;
     const struct import_text begin = self->text;
     struct import_word word;
     char names[IMPORT_NAMES_MAX];
@@ -523,14 +525,14 @@ static int table_raw_head(struct table_read *self)
             return -1;
     }
     self->text = begin;
-    if (found < 0 || wish->column_count > 0)
+    if (found < 0 || settings->column_count > 0)
         return found;
-    if (wish->rig->axis_count == 1 && self->out->columns == 1) {
+    if (settings->rig->axis_count == 1 && self->out->columns == 1) {
         snprintf(self->out->column[0].called, IMPORT_NAME_MAX, "%s",
-                 wish->rig->axis[0].name);
+                 settings->rig->axis[0].name);
         return 0;
     }
-    import_axis_names(wish->rig, names);
+    import_axis_names(settings->rig, names);
     return yaml_report_at(&self->text.report, (struct plan_place){ 1, 1 },
                           "the file does not name its axes, expected "
                           "--columns with what each of its %u columns is, such "
@@ -539,10 +541,11 @@ static int table_raw_head(struct table_read *self)
 }
 
 int import_raw(const struct files *files, const char *path,
-               const struct import_wish *wish, struct imported *imported,
-               char message[YAML_MESSAGE_MAX])
+               const struct import_settings *settings,
+               struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
-    return table_read(files, path, wish, imported, message, table_raw_head, 0);
+    return table_read(files, path, settings, imported, message, table_raw_head,
+                      0);
 }
 
 /* --- CSV: names of columns --- */
@@ -590,9 +593,9 @@ static int table_csv_head(struct table_read *self)
 }
 
 int import_csv(const struct files *files, const char *path,
-               const struct import_wish *wish, struct imported *imported,
-               char message[YAML_MESSAGE_MAX])
+               const struct import_settings *settings,
+               struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
-    return table_read(files, path, wish, imported, message, table_csv_head,
+    return table_read(files, path, settings, imported, message, table_csv_head,
                       '#');
 }

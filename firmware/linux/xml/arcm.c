@@ -32,7 +32,7 @@ struct arcm_axis {
 
 struct arcm {
     struct xml_reader xml;
-    const struct import_wish *wish;
+    const struct import_settings *settings;
     struct imported *out;
     struct import_text text; /* for sentences only */
     struct arcm_axis axis[IMPORT_COLUMNS_MAX];
@@ -205,7 +205,7 @@ static int arcm_position(struct arcm *self, const struct import_column *column,
                          const struct arcm_point *point, int64_t *pos_q32)
 {
     const struct units_context context = {
-        .unit = self->wish->rig->axis[column->axis].unit
+        .unit = self->settings->rig->axis[column->axis].unit
     };
     struct import_word word = { .place = point->place };
     char after[IMPORT_UNIT_MAX + 1];
@@ -327,7 +327,7 @@ static int arcm_curve(struct arcm *self, unsigned i)
             from->controls.count,
             number_word(from->controls.count, "point", "points"), expected);
     struct plan_axis *axis =
-        import_add_axis(&self->text, self->wish, self->out, column);
+        import_add_axis(&self->text, self->settings, self->out, column);
     if (axis == NULL || arcm_keys(self, column, from, axis) < 0)
         return -1;
     axis->curve = PLAN_CURVE_BEZIER;
@@ -397,7 +397,7 @@ static int arcm_take(struct arcm *self)
     if (self->axes == 0)
         return yaml_report_at(&self->text.report, (struct plan_place){ 1, 1 },
                               "the scene has no axis");
-    if (import_name_columns(&self->text, self->wish, self->out) < 0 ||
+    if (import_name_columns(&self->text, self->settings, self->out) < 0 ||
         arcm_first(self) < 0)
         return -1;
     for (unsigned i = 0; i < self->axes; i++)
@@ -408,20 +408,21 @@ static int arcm_take(struct arcm *self)
 }
 
 static int arcm_read(const struct files *files, const char *path,
-                     const struct import_wish *wish, struct imported *imported,
-                     char message[YAML_MESSAGE_MAX])
+                     const struct import_settings *settings,
+                     struct imported *imported, char message[YAML_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
     struct arcm *self = memory_new(1, sizeof *self);
 
     *self = (struct arcm){
         .xml = { .start = arcm_start, .end = arcm_end, .report = &report },
-        .wish = wish,
+        .settings = settings,
         .out = imported,
         .text.report = report
     };
-    *imported = (struct imported){ .fps = wish->fps, .column_word = "curve" };
-    int err = wish->fps.den == 0
+    *imported =
+        (struct imported){ .fps = settings->fps, .column_word = "curve" };
+    int err = settings->fps.den == 0
                   ? yaml_report_at(&report, (struct plan_place){ 1, 1 },
                                    "the file gives no frame rate, expected "
                                    "--fps")

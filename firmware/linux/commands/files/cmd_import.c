@@ -31,30 +31,30 @@ static enum status cmd_import_refuse(const char *message)
     return STATUS_INPUT;
 }
 
-static enum status cmd_import_wish(struct import_wish *wish,
-                                   const struct options *options)
+static enum status cmd_import_settings(struct import_settings *settings,
+                                       const struct options *options)
 {
     char sentence[UNITS_SENTENCE_MAX], message[YAML_MESSAGE_MAX];
     enum plan_curve *curve = NULL;
-    wish->curve = PLAN_CURVE_QUINTIC;
-    wish->progress = &planning_progress;
+    settings->curve = PLAN_CURVE_QUINTIC;
+    settings->progress = &planning_progress;
     if (options->fps != NULL &&
-        units_parse_fps(options->fps, &wish->fps, sentence) < 0)
+        units_parse_fps(options->fps, &settings->fps, sentence) < 0)
         return cmd_import_fail("--fps: ", sentence);
     if (options->columns != NULL &&
-        import_wish_columns(wish, options->columns, message) < 0)
+        import_settings_columns(settings, options->columns, message) < 0)
         return cmd_import_fail(message, "");
     if (options->decimal != NULL && strcmp(options->decimal, "comma") != 0 &&
         strcmp(options->decimal, "point") != 0)
         return cmd_import_fail("--decimal: expected point or comma", "");
-    wish->has_comma =
+    settings->has_comma =
         options->decimal != NULL && strcmp(options->decimal, "comma") == 0;
-    wish->unwrap = options->unwrap;
-    wish->scale = options->scale;
-    wish->offset = options->offset;
-    for (unsigned i = 0; i < wish->rig->axis_count; i++) {
+    settings->unwrap = options->unwrap;
+    settings->scale = options->scale;
+    settings->offset = options->offset;
+    for (unsigned i = 0; i < settings->rig->axis_count; i++) {
         struct import_adjust adjust;
-        if (import_adjust_of(wish, i, &adjust, message) < 0)
+        if (import_adjust_of(settings, i, &adjust, message) < 0)
             return cmd_import_fail(message, "");
     }
     if (options->curve == NULL)
@@ -65,8 +65,8 @@ static enum status cmd_import_wish(struct import_wish *wish,
     error_tell(&messages);
     if (count < 0)
         return STATUS_INPUT;
-    wish->curve = curve[0];
-    wish->has_curve = true;
+    settings->curve = curve[0];
+    settings->has_curve = true;
     memory_free(curve);
     return count == 1 ? STATUS_OK
                       : cmd_import_fail("--curve: expected one curve, such as "
@@ -78,7 +78,7 @@ static enum status cmd_import_wish(struct import_wish *wish,
  * as a curve that needs more than positions, is no move. */
 static enum status cmd_import_check(struct imported *imported,
                                     const struct import_format *format,
-                                    const struct import_wish *wish,
+                                    const struct import_settings *settings,
                                     struct import_fit fit[], const char *path)
 {
     const uint32_t axes = imported->move.axis_count;
@@ -87,7 +87,7 @@ static enum status cmd_import_check(struct imported *imported,
     for (uint32_t i = 0; i < axes && err >= 0; i++) {
         struct plan_axis *axis = &imported->move.axis[i];
         plan_progress_tell(&planning_progress, "judging", axis->name, i, axes);
-        err = import_fit(wish, format->sampled, axis, &fit[i], &error);
+        err = import_fit(settings, format->sampled, axis, &fit[i], &error);
     }
     plan_progress_end(&planning_progress);
     if (err < 0) {
@@ -163,7 +163,8 @@ static void cmd_import_factor(const struct import_adjust *adjust,
 }
 
 static void cmd_import_row(const struct imported *imported, unsigned i,
-                           const struct import_wish *wish, struct table *table)
+                           const struct import_settings *settings,
+                           struct table *table)
 {
     const struct import_column *column = &imported->column[i];
     const bool is_axis = column->axis >= 0;
@@ -173,21 +174,22 @@ static void cmd_import_row(const struct imported *imported, unsigned i,
                                message[YAML_MESSAGE_MAX];
     struct import_adjust adjust;
 
-    cmd_import_unit(imported, column, wish->rig, unit);
-    if (is_axis &&
-        import_adjust_of(wish, (unsigned)column->axis, &adjust, message) == 0) {
+    cmd_import_unit(imported, column, settings->rig, unit);
+    if (is_axis && import_adjust_of(settings, (unsigned)column->axis, &adjust,
+                                    message) == 0) {
         cmd_import_factor(&adjust, factor);
         if (is_position)
             number_short(offset, adjust.offset_q32, 32);
     }
     table_cell(table, "%u", i + 1);
     table_cell(table, "%.40s", column->name);
-    table_cell(table, "%s", is_axis ? wish->rig->axis[column->axis].name : "-");
+    table_cell(table, "%s",
+               is_axis ? settings->rig->axis[column->axis].name : "-");
     table_cell(table, "%s", cmd_import_part(column));
     table_cell(table, "%s", unit);
     table_cell(table, "%s", factor);
     table_cell(table, "%s", offset);
-    if (!wish->unwrap)
+    if (!settings->unwrap)
         return;
     if (is_position)
         table_cell(table, "%u", column->wraps);
@@ -197,7 +199,7 @@ static void cmd_import_row(const struct imported *imported, unsigned i,
 
 /* Which of the file's columns is what, so that nobody has to guess. */
 static void cmd_import_table(const struct imported *imported,
-                             const struct import_wish *wish)
+                             const struct import_settings *settings)
 {
     char number[16];
     const char *head[] = { number,  "<name",  "<axis",   "<is",
@@ -205,15 +207,16 @@ static void cmd_import_table(const struct imported *imported,
     struct table table;
 
     snprintf(number, sizeof number, ">%s", imported->column_word);
-    table_init(&table, wish->unwrap ? 8 : 7, head);
+    table_init(&table, settings->unwrap ? 8 : 7, head);
     for (unsigned i = 0; i < imported->columns; i++)
-        cmd_import_row(imported, i, wish, &table);
+        cmd_import_row(imported, i, settings, &table);
     table_print(&table, stdout);
     table_free(&table);
 }
 
 static void cmd_import_columns(const struct imported *imported,
-                               const struct import_wish *wish, cJSON *report)
+                               const struct import_settings *settings,
+                               cJSON *report)
 {
     cJSON *list = cJSON_AddArrayToObject(report, "columns");
 
@@ -222,13 +225,14 @@ static void cmd_import_columns(const struct imported *imported,
         char unit[TABLE_CELL_MAX], message[YAML_MESSAGE_MAX];
         struct import_adjust adjust;
         cJSON *row = cJSON_CreateObject();
-        cmd_import_unit(imported, column, wish->rig, unit);
+        cmd_import_unit(imported, column, settings->rig, unit);
         cJSON_AddStringToObject(row, "name", column->name);
         cJSON_AddStringToObject(row, "is", cmd_import_part(column));
-        if (column->axis >= 0 && import_adjust_of(wish, (unsigned)column->axis,
-                                                  &adjust, message) == 0) {
+        if (column->axis >= 0 &&
+            import_adjust_of(settings, (unsigned)column->axis, &adjust,
+                             message) == 0) {
             cJSON_AddStringToObject(row, "axis",
-                                    wish->rig->axis[column->axis].name);
+                                    settings->rig->axis[column->axis].name);
             cJSON_AddNumberToObject(row, "scale",
                                     (double)adjust.num / (double)adjust.den);
             cJSON_AddNumberToObject(row, "offset",
@@ -296,7 +300,7 @@ static bool cmd_import_has_time(const struct imported *imported)
 }
 
 static void cmd_import_report(const struct imported *imported,
-                              const struct import_wish *wish,
+                              const struct import_settings *settings,
                               const struct import_fit fit[],
                               const struct options *options)
 {
@@ -305,7 +309,7 @@ static void cmd_import_report(const struct imported *imported,
     for (uint32_t i = 0; i < move->axis_count; i++)
         keys += move->axis[i].key_count;
     if (!options->json) {
-        cmd_import_table(imported, wish);
+        cmd_import_table(imported, settings);
         printf("move: %s, %u %s, %llu %s\n", options->out, move->axis_count,
                number_word(move->axis_count, "axis", "axes"),
                (unsigned long long)keys, number_word(keys, "key", "keys"));
@@ -313,7 +317,7 @@ static void cmd_import_report(const struct imported *imported,
             printf("time 0: frame %s of the file\n", imported->first);
         if (imported->note[0] != 0)
             printf("lost: %s\n", imported->note);
-        cmd_import_curves(imported, wish->rig, fit, NULL);
+        cmd_import_curves(imported, settings->rig, fit, NULL);
         return;
     }
     cJSON *report = cJSON_CreateObject();
@@ -321,34 +325,34 @@ static void cmd_import_report(const struct imported *imported,
     cJSON_AddNumberToObject(report, "axes", move->axis_count);
     cJSON_AddNumberToObject(report, "keys", (double)keys);
     cJSON_AddStringToObject(report, "lost", imported->note);
-    cmd_import_columns(imported, wish, report);
-    cmd_import_curves(imported, wish->rig, fit, report);
+    cmd_import_columns(imported, settings, report);
+    cmd_import_curves(imported, settings->rig, fit, report);
     json_report(report, true);
 }
 
 static enum status cmd_import_file(const struct import_format *format,
-                                   const struct import_wish *wish,
+                                   const struct import_settings *settings,
                                    const struct options *options)
 {
     static struct imported imported;
     char message[YAML_MESSAGE_MAX];
-    const int err =
-        format->read(&disk_files, options->path[1], wish, &imported, message);
+    const int err = format->read(&disk_files, options->path[1], settings,
+                                 &imported, message);
     plan_progress_end(&planning_progress);
     if (err < 0)
         return cmd_import_refuse(message);
-    if (import_adjust(wish, &imported, message) < 0) {
+    if (import_adjust(settings, &imported, message) < 0) {
         move_free(&imported.move);
         return cmd_import_fail(message, "");
     }
     struct import_fit *fit =
         memory_new((size_t)imported.move.axis_count + 1, sizeof *fit);
     enum status status =
-        cmd_import_check(&imported, format, wish, fit, options->path[1]);
+        cmd_import_check(&imported, format, settings, fit, options->path[1]);
     if (status == STATUS_OK)
         status = cmd_import_write(&imported, format, options->out);
     if (status == STATUS_OK)
-        cmd_import_report(&imported, wish, fit, options);
+        cmd_import_report(&imported, settings, fit, options);
     memory_free(fit);
     move_free(&imported.move);
     return status;
@@ -395,7 +399,7 @@ static const struct import_format *cmd_import_format(const char *name)
 static enum status cmd_import_run(const struct options *options)
 {
     static struct rig rig;
-    struct import_wish wish = { .rig = &rig };
+    struct import_settings settings = { .rig = &rig };
     if (options->path_count > 0 && strcmp(options->path[0], "urdf") == 0)
         return cmd_import_limits(options);
     const struct import_format *format = cmd_import_format(options->path[0]);
@@ -415,8 +419,8 @@ static enum status cmd_import_run(const struct options *options)
         return cmd_import_fail("where to? expected --out MOVE.yaml", "");
     enum status status = planning_rig(options->rig, &rig);
     if (status == STATUS_OK)
-        status = cmd_import_wish(&wish, options);
-    return status == STATUS_OK ? cmd_import_file(format, &wish, options)
+        status = cmd_import_settings(&settings, options);
+    return status == STATUS_OK ? cmd_import_file(format, &settings, options)
                                : status;
 }
 

@@ -57,28 +57,28 @@ size_t import_bench_read(const char *path, char *data, size_t capacity)
     return length;
 }
 
-struct import_wish import_bench_wish(uint64_t fps)
+struct import_settings import_bench_settings(uint64_t fps)
 {
-    return (struct import_wish){ .rig = &rig,
-                                 .fps = { fps, fps > 0 },
-                                 .curve = PLAN_CURVE_QUINTIC };
+    return (struct import_settings){ .rig = &rig,
+                                     .fps = { fps, fps > 0 },
+                                     .curve = PLAN_CURVE_QUINTIC };
 }
 
-struct import_wish import_bench_named(const char *format, uint64_t fps)
+struct import_settings import_bench_named(const char *format, uint64_t fps)
 {
-    struct import_wish wish = import_bench_wish(fps);
+    struct import_settings settings = import_bench_settings(fps);
     for (unsigned i = 0;
          i < rig.axis_count && !import_format_find(format)->named; i++)
-        memcpy(wish.column[wish.column_count++], rig.axis[i].name,
+        memcpy(settings.column[settings.column_count++], rig.axis[i].name,
                PLAN_NAME_MAX);
-    return wish;
+    return settings;
 }
 
 struct imported import_bench_read_as(const char *format, const char *path,
-                                     const struct import_wish *wish)
+                                     const struct import_settings *settings)
 {
     struct imported imported;
-    if (import_format_find(format)->read(&disk_files, path, wish, &imported,
+    if (import_format_find(format)->read(&disk_files, path, settings, &imported,
                                          import_bench_message) < 0)
         fail_msg("%s", import_bench_message);
     return imported;

@@ -22,11 +22,11 @@ const char *import_bench_write(const char *data, size_t length);
 size_t import_bench_read(const char *path, char *data, size_t capacity);
 
 /* fps 0: as the file says. */
-struct import_wish import_bench_wish(uint64_t fps);
+struct import_settings import_bench_settings(uint64_t fps);
 /* For raw, which has no names: columns in the rig's order. */
-struct import_wish import_bench_named(const char *format, uint64_t fps);
+struct import_settings import_bench_named(const char *format, uint64_t fps);
 struct imported import_bench_read_as(const char *format, const char *path,
-                                     const struct import_wish *wish);
+                                     const struct import_settings *settings);
 /* Through move.yaml: the same keys, to the bit. */
 void import_bench_check_move(const struct imported *imported);
 

@@ -25,10 +25,10 @@ static void tables_are_read_row_by_frame(void **state)
     };
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
-        struct import_wish wish =
+        struct import_settings settings =
             import_bench_named(rows[i].format, rows[i].fps);
         struct imported got =
-            import_bench_read_as(rows[i].format, rows[i].path, &wish);
+            import_bench_read_as(rows[i].format, rows[i].path, &settings);
         const struct plan_axis *tilt = &got.move.axis[1];
         assert_string_equal(got.move.axis[0].name, "pan");
         assert_string_equal(tilt->name, "tilt");
@@ -44,9 +44,10 @@ static void tables_are_read_row_by_frame(void **state)
 
 static void csv_keeps_velocity_and_acceleration(void **state)
 {
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     (void)state;
-    struct imported got = import_bench_read_as("csv", DATA "table.csv", &wish);
+    struct imported got =
+        import_bench_read_as("csv", DATA "table.csv", &settings);
     const struct motion_key *key = &got.move.axis[0].key[1].key;
     assert_int_equal(got.move.axis[0].curve, PLAN_CURVE_QUINTIC);
     assert_true(key->has_vel && key->has_acc);
@@ -58,12 +59,12 @@ static void csv_keeps_velocity_and_acceleration(void **state)
 
 static void columns_go_where_the_user_says(void **state)
 {
-    struct import_wish wish = import_bench_wish(25);
+    struct import_settings settings = import_bench_settings(25);
     (void)state;
     assert_int_equal(
-        import_wish_columns(&wish, "-,dolly", import_bench_message), 0);
+        import_settings_columns(&settings, "-,dolly", import_bench_message), 0);
     struct imported got =
-        import_bench_read_as("kuper", DATA "kuper.txt", &wish);
+        import_bench_read_as("kuper", DATA "kuper.txt", &settings);
     assert_int_equal(got.move.axis_count, 1);
     assert_string_equal(got.move.axis[0].name, "dolly");
     assert_int_equal(got.move.axis[0].key[0].key.pos_q32, q32(6.1465));
@@ -72,10 +73,10 @@ static void columns_go_where_the_user_says(void **state)
 
 static void tangents_become_velocities_and_losses_are_said(void **state)
 {
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     (void)state;
     struct imported got =
-        import_bench_read_as("maya", DATA "tangents.anim", &wish);
+        import_bench_read_as("maya", DATA "tangents.anim", &settings);
     const struct plan_key *key = got.move.axis[0].key;
     assert_int_equal(got.move.axis[0].curve, PLAN_CURVE_HERMITE);
     assert_int_equal(key[0].key.t_ns_q12, 0);
@@ -101,12 +102,12 @@ static void tangents_become_velocities_and_losses_are_said(void **state)
 static struct imported anim_of(const char *end, int weighted,
                                const char *infinity, const char *keys)
 {
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     char text[1024];
     const int length = snprintf(text, sizeof text, ANIM_HEAD ANIM_CURVE, end,
                                 weighted, infinity, infinity, keys);
     struct imported got = import_bench_read_as(
-        "maya", import_bench_write(text, (size_t)length), &wish);
+        "maya", import_bench_write(text, (size_t)length), &settings);
     unlink(import_bench_path("in"));
     return got;
 }
@@ -167,7 +168,7 @@ static void broadcast_rates_are_what_they_are_in_maya(void **state)
         { "59.94fps", 60000, 1001 },  { "12fps", 12, 1 },
         { "12.5fps", 25, 2 },         { "palf", 50, 1 },
     };
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         char text[256];
@@ -177,7 +178,7 @@ static void broadcast_rates_are_what_they_are_in_maya(void **state)
                      "output angular;\nkeys {\n0 1 flat flat 1 1 0;\n}\n}\n",
                      rows[i].text);
         struct imported got = import_bench_read_as(
-            "maya", import_bench_write(text, (size_t)length), &wish);
+            "maya", import_bench_write(text, (size_t)length), &settings);
         assert_int_equal(got.fps.num, rows[i].num);
         assert_int_equal(got.fps.den, rows[i].den);
         move_free(&got.move);

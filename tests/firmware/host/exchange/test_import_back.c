@@ -22,20 +22,20 @@ static struct imported there_and_back(const struct job *job, const char *format,
                                       struct units_fps fps)
 {
     const char *path = import_bench_path("there");
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     FILE *file = fopen(path, "wb");
     /* what the file says is not said again */
     if (!import_format_find(format)->timed)
-        wish.fps = fps;
+        settings.fps = fps;
     for (unsigned i = 0;
          i < job->move.axis_count && !import_format_find(format)->named; i++)
-        memcpy(wish.column[wish.column_count++], job->move.axis[i].name,
+        memcpy(settings.column[settings.column_count++], job->move.axis[i].name,
                PLAN_NAME_MAX);
     if (import_format_find(format)->write(job, &fps, file,
                                           import_bench_message) < 0)
         fail_msg("%s", import_bench_message);
     fclose(file);
-    struct imported got = import_bench_read_as(format, path, &wish);
+    struct imported got = import_bench_read_as(format, path, &settings);
     unlink(path);
     return got;
 }
@@ -447,13 +447,13 @@ static void expect_names(const char *format, const struct rig *rig,
                          const char *text, const char *want)
 {
     const char *path = import_bench_write(text, strlen(text));
-    const struct import_wish wish = { .rig = rig,
-                                      .fps = { 24, 1 },
-                                      .curve = PLAN_CURVE_QUINTIC };
+    const struct import_settings settings = { .rig = rig,
+                                              .fps = { 24, 1 },
+                                              .curve = PLAN_CURVE_QUINTIC };
     struct imported got;
     char names[128] = "";
     const int err = import_format_find(format)->read(
-        &disk_files, path, &wish, &got, import_bench_message);
+        &disk_files, path, &settings, &got, import_bench_message);
     unlink(path);
     if (err == 0) {
         for (unsigned i = 0; i < got.move.axis_count; i++) {

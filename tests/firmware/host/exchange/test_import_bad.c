@@ -140,12 +140,13 @@ static void bad_files_are_refused_where_they_are_bad(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(bad); i++) {
-        struct import_wish wish = import_bench_named(bad[i].format, bad[i].fps);
+        struct import_settings settings =
+            import_bench_named(bad[i].format, bad[i].fps);
         struct imported got;
         const char *path = import_bench_write(bad[i].text, strlen(bad[i].text));
-        int err =
-            import_format_find(bad[i].format)
-                ->read(&disk_files, path, &wish, &got, import_bench_message);
+        int err = import_format_find(bad[i].format)
+                      ->read(&disk_files, path, &settings, &got,
+                             import_bench_message);
         if (err >= 0 || strstr(import_bench_message, bad[i].want) == NULL ||
             strncmp(import_bench_message, path, strlen(path)) != 0)
             fail_msg("row %zu: \"%s\", expected \"%s\"", i,
@@ -166,12 +167,14 @@ static const struct {
 /* Either a move or one sentence about that file. */
 static void check_any(size_t i, const char *data, size_t length)
 {
-    struct import_wish wish = import_bench_named(good[i].format, good[i].fps);
+    struct import_settings settings =
+        import_bench_named(good[i].format, good[i].fps);
     struct imported got;
     const char *path = import_bench_write(data, length);
     import_bench_message[0] = 0;
     if (import_format_find(good[i].format)
-            ->read(&disk_files, path, &wish, &got, import_bench_message) >= 0) {
+            ->read(&disk_files, path, &settings, &got, import_bench_message) >=
+        0) {
         assert_true(got.move.axis_count > 0);
         move_free(&got.move);
         return;

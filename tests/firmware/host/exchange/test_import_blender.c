@@ -28,7 +28,7 @@
 static char path[] = "/tmp/test_import_blender.XXXXXX";
 static char message[YAML_MESSAGE_MAX];
 static struct rig rig;
-static struct import_wish wish = { .rig = &rig };
+static struct import_settings settings = { .rig = &rig };
 static struct imported got;
 
 static int read_text(const char *text)
@@ -39,7 +39,7 @@ static int read_text(const char *text)
     fputs(text, file);
     fclose(file);
     message[0] = '\0';
-    return import_blender(&disk_files, path, &wish, &got, message);
+    return import_blender(&disk_files, path, &settings, &got, message);
 }
 
 static int make_file(void **state)
@@ -49,8 +49,8 @@ static int make_file(void **state)
     (void)state;
     if (fd < 0 || close(fd) < 0)
         return -1;
-    strcpy(wish.column[0], "dolly");
-    wish.column_count = 1;
+    strcpy(settings.column[0], "dolly");
+    settings.column_count = 1;
     return rig_load(&disk_files, "examples/dolly/rig.yaml", &rig, message);
 }
 
@@ -139,17 +139,17 @@ static void what_is_wrong_is_said_with_its_place(void **state)
             fail_msg("%s: %d, \"%s\"", rows[i].says, rc, message);
     }
     assert_int_equal(
-        import_blender(&disk_files, "/nowhere", &wish, &got, message), -1);
+        import_blender(&disk_files, "/nowhere", &settings, &got, message), -1);
     assert_non_null(strstr(message, "/nowhere:1:1: the file cannot be read"));
 }
 
 static void names_find_their_axes(void **state)
 {
     (void)state;
-    wish.column_count = 0;
+    settings.column_count = 0;
     assert_int_equal(read_text(CURVE("m", KEY(0, 1, ""))), -1);
     assert_non_null(strstr(message, "'x' is not an axis of the rig"));
-    wish.column_count = 1;
+    settings.column_count = 1;
 }
 
 /* --- round trip ----------------------------------------------------------- */
@@ -282,7 +282,7 @@ static void what_is_written_is_read_to_the_bit(void **state)
         if (export_blender(&job, fps, file, message) < 0)
             fail_msg("%s", message);
         fclose(file);
-        if (import_blender(&disk_files, path, &wish, &got, message) < 0)
+        if (import_blender(&disk_files, path, &settings, &got, message) < 0)
             fail_msg("round %d: %s", round, message);
         same_axis(&job.move.axis[0], &got.move.axis[0]);
         file = fopen(path, "wb");

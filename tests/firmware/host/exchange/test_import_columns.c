@@ -128,7 +128,7 @@ static void every_format_counts_alike(void **state)
     (void)state;
     for (size_t f = 0; f < ARRAY_LEN(files); f++)
         for (size_t i = 0; i < ARRAY_LEN(said); i++) {
-            struct import_wish wish = import_bench_wish(24);
+            struct import_settings settings = import_bench_settings(24);
             const char *path =
                 import_bench_write(files[f].text, strlen(files[f].text));
             char columns[128], what[256];
@@ -136,10 +136,11 @@ static void every_format_counts_alike(void **state)
             columns_of(columns, f, said[i].said);
             snprintf(what, sizeof what, "%s --columns %s of %.12s",
                      files[f].format, columns, files[f].text);
-            assert_int_equal(
-                import_wish_columns(&wish, columns, import_bench_message), 0);
+            assert_int_equal(import_settings_columns(&settings, columns,
+                                                     import_bench_message),
+                             0);
             const int err = import_format_find(files[f].format)
-                                ->read(&disk_files, path, &wish, &got,
+                                ->read(&disk_files, path, &settings, &got,
                                        import_bench_message);
             unlink(path);
             if ((err < 0) != (said[i].refused != NULL) ||
@@ -149,8 +150,8 @@ static void every_format_counts_alike(void **state)
                          err < 0 ? import_bench_message : "read");
             if (err < 0)
                 continue;
-            assert_int_equal(import_adjust(&wish, &got, import_bench_message),
-                             0);
+            assert_int_equal(
+                import_adjust(&settings, &got, import_bench_message), 0);
             check_axis(&got, "pan", said[i].pan, what);
             check_axis(&got, "tilt", said[i].tilt, what);
             check_axis(&got, "dolly", said[i].dolly, what);
@@ -162,31 +163,31 @@ static void a_number_that_does_not_fit_is_mended_by_what_is_said(void **state)
 {
     (void)state;
     for (size_t f = 0; f < ARRAY_LEN(files); f++) {
-        struct import_wish wish = import_bench_wish(24);
+        struct import_settings settings = import_bench_settings(24);
         struct imported got;
         if (!files[f].has_time)
             continue;
         const char *path =
             import_bench_write(files[f].text, strlen(files[f].text));
-        assert_int_equal(
-            import_wish_columns(&wish, "pan,tilt,dolly", import_bench_message),
-            0);
-        assert_int_equal(
-            import_format_find(files[f].format)
-                ->read(&disk_files, path, &wish, &got, import_bench_message),
-            -1);
+        assert_int_equal(import_settings_columns(&settings, "pan,tilt,dolly",
+                                                 import_bench_message),
+                         0);
+        assert_int_equal(import_format_find(files[f].format)
+                             ->read(&disk_files, path, &settings, &got,
+                                    import_bench_message),
+                         -1);
         const char *proposed =
             strstr(import_bench_message, "such as --columns ");
         if (proposed == NULL)
             fail_msg("%s", import_bench_message);
-        wish = import_bench_wish(24);
-        assert_int_equal(
-            import_wish_columns(&wish, proposed + strlen("such as --columns "),
-                                import_bench_message),
-            0);
+        settings = import_bench_settings(24);
+        assert_int_equal(import_settings_columns(
+                             &settings, proposed + strlen("such as --columns "),
+                             import_bench_message),
+                         0);
         if (import_format_find(files[f].format)
-                ->read(&disk_files, path, &wish, &got, import_bench_message) <
-            0)
+                ->read(&disk_files, path, &settings, &got,
+                       import_bench_message) < 0)
             fail_msg("%s", import_bench_message);
         check_axis(&got, "pan", 10, files[f].format);
         check_axis(&got, "dolly", 30, files[f].format);
@@ -227,12 +228,12 @@ static void a_name_says_axis_and_unit(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(csv); i++) {
-        struct import_wish wish = import_bench_wish(24);
+        struct import_settings settings = import_bench_settings(24);
         const char *path = import_bench_write(csv[i].text, strlen(csv[i].text));
         struct imported got;
         double pan = -1, dolly = -1, t = -1;
-        wish.has_comma = csv[i].comma;
-        if (import_format_find("csv")->read(&disk_files, path, &wish, &got,
+        settings.has_comma = csv[i].comma;
+        if (import_format_find("csv")->read(&disk_files, path, &settings, &got,
                                             import_bench_message) == 0) {
             for (unsigned k = 0; k < got.move.axis_count; k++) {
                 const struct motion_key *key = &got.move.axis[k].key[1].key;
@@ -257,7 +258,7 @@ static void utf_16_is_read(void **state)
     char wide[2 * sizeof text];
     (void)state;
     for (int big = 0; big < 2; big++) {
-        struct import_wish wish = import_bench_wish(24);
+        struct import_settings settings = import_bench_settings(24);
         size_t used = 0;
         wide[used++] = big ? '\xFE' : '\xFF';
         wide[used++] = big ? '\xFF' : '\xFE';
@@ -266,7 +267,7 @@ static void utf_16_is_read(void **state)
             wide[used++] = big ? text[i] : 0;
         }
         const char *path = import_bench_write(wide, used);
-        struct imported got = import_bench_read_as("csv", path, &wish);
+        struct imported got = import_bench_read_as("csv", path, &settings);
         unlink(path);
         check_axis(&got, "pan", 10, "UTF-16");
         move_free(&got.move);
@@ -331,15 +332,16 @@ static void times_that_are_frames_are_written_as_frames(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(timed); i++) {
-        struct import_wish wish = import_bench_wish(0);
-        wish.fps = (struct units_fps){ timed[i].num, timed[i].den };
+        struct import_settings settings = import_bench_settings(0);
+        settings.fps = (struct units_fps){ timed[i].num, timed[i].den };
         const char *path =
             import_bench_write(timed[i].text, strlen(timed[i].text));
         struct imported got =
-            import_bench_read_as(timed[i].format, path, &wish);
+            import_bench_read_as(timed[i].format, path, &settings);
         char text[1024];
         unlink(path);
-        assert_int_equal(import_adjust(&wish, &got, import_bench_message), 0);
+        assert_int_equal(import_adjust(&settings, &got, import_bench_message),
+                         0);
         path = import_bench_path("move.yaml");
         FILE *file = fopen(path, "wb");
         assert_int_equal(export_move(&got, "test", file, import_bench_message),
@@ -363,17 +365,17 @@ static void times_that_are_frames_are_written_as_frames(void **state)
 static double adjusted(const char *scale, const char *offset, bool unwrap,
                        const char *text, unsigned key)
 {
-    struct import_wish wish = import_bench_wish(24);
+    struct import_settings settings = import_bench_settings(24);
     const char *path = import_bench_write(text, strlen(text));
     struct imported got;
     double value = (double)NAN;
 
-    wish.scale = scale;
-    wish.offset = offset;
-    wish.unwrap = unwrap;
-    got = import_bench_read_as("csv", path, &wish);
+    settings.scale = scale;
+    settings.offset = offset;
+    settings.unwrap = unwrap;
+    got = import_bench_read_as("csv", path, &settings);
     unlink(path);
-    if (import_adjust(&wish, &got, import_bench_message) == 0)
+    if (import_adjust(&settings, &got, import_bench_message) == 0)
         value = (double)got.move.axis[0].key[key].key.pos_q32 /
                 MOTION_FIXED_ONE_Q32;
     move_free(&got.move);
@@ -431,21 +433,21 @@ static void scale_takes_velocities_and_handles_along(void **state)
         "animVersion 1.1; timeUnit film; anim t t pan 0 1 0; animData { output "
         "angular; weighted 1; keys { 0 0 flat fixed 1 1 0 45 "
         "16.970562748477140586; 24 5 flat flat 1 1 0; } }";
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     (void)state;
-    wish.scale = "-3";
-    wish.offset = "1";
+    settings.scale = "-3";
+    settings.offset = "1";
     struct imported got = import_bench_read_as(
-        "csv", import_bench_write(table, strlen(table)), &wish);
-    assert_int_equal(import_adjust(&wish, &got, import_bench_message), 0);
+        "csv", import_bench_write(table, strlen(table)), &settings);
+    assert_int_equal(import_adjust(&settings, &got, import_bench_message), 0);
     const struct motion_key *key = &got.move.axis[0].key[1].key;
     assert_int_equal(key->pos_q32, q32(-14));
     assert_int_equal(vel_q32(key), q32(-6));
     assert_int_equal(acc_q32(key), q32(12));
     move_free(&got.move);
     got = import_bench_read_as("maya", import_bench_write(anim, strlen(anim)),
-                               &wish);
-    assert_int_equal(import_adjust(&wish, &got, import_bench_message), 0);
+                               &settings);
+    assert_int_equal(import_adjust(&settings, &got, import_bench_message), 0);
     assert_int_equal(got.move.axis[0].key[1].key.pos_q32, q32(-14));
     assert_in_range(got.move.axis[0].bezier.key[0].right.dp_q32 - q32(-12) + 4,
                     0, 8);
@@ -466,9 +468,9 @@ static void lines_make_no_difference_to_anim(void **state)
     data[length] = 0;
     for (char *at = data; (at = strpbrk(at, "#/")) != NULL;)
         memset(at, ' ', strcspn(at, "\r\n")); /* comments end with lines */
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     struct imported want =
-        import_bench_read_as("maya", DATA "tangents.anim", &wish);
+        import_bench_read_as("maya", DATA "tangents.anim", &settings);
     for (int way = 0; way < 4; way++) {
         size_t used = 0;
         for (size_t i = 0; i < length; i++) {
@@ -487,7 +489,7 @@ static void lines_make_no_difference_to_anim(void **state)
                 other[used++] = data[i];
         }
         const char *path = import_bench_write(other, used);
-        struct imported got = import_bench_read_as("maya", path, &wish);
+        struct imported got = import_bench_read_as("maya", path, &settings);
         unlink(path);
         assert_int_equal(got.fps.num, want.fps.num);
         assert_int_equal(got.move.axis_count, want.move.axis_count);
@@ -516,10 +518,10 @@ static void what_anim_has_and_nobody_knows_is_said(void **state)
         "timeUnit pal; layerMode 3;\n"
         "anim node 0 1 0;\nanim t t pan 0 1 0;\nanimData { output angular; "
         "colour 1 2 3; keys { 0 0 flat flat 1 1 0; } };\n";
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     (void)state;
     struct imported got = import_bench_read_as(
-        "maya", import_bench_write(text, strlen(text)), &wish);
+        "maya", import_bench_write(text, strlen(text)), &settings);
     assert_string_equal(got.note,
                         "2 statements of a kind that is not known, the "
                         "first 'layerMode' in line 2");

@@ -52,7 +52,7 @@ static int close_dolly(void **state)
 
 static struct imported there_and_back(const struct import_format *format,
                                       const struct units_fps *fps,
-                                      struct import_wish *wish)
+                                      struct import_settings *settings)
 {
     char path[] = "/tmp/import_fit_XXXXXX";
     const int descriptor = mkstemp(path);
@@ -61,13 +61,13 @@ static struct imported there_and_back(const struct import_format *format,
     FILE *file = fdopen(descriptor, "wb");
     assert_non_null(file);
     if (!format->timed)
-        wish->fps = *fps;
+        settings->fps = *fps;
     for (unsigned i = 0; i < job.move.axis_count && !format->named; i++)
-        memcpy(wish->column[wish->column_count++], job.move.axis[i].name,
-               PLAN_NAME_MAX);
+        memcpy(settings->column[settings->column_count++],
+               job.move.axis[i].name, PLAN_NAME_MAX);
     assert_int_equal(format->write(&job, fps, file, message), 0);
     fclose(file);
-    if (format->read(&disk_files, path, wish, &got, message) < 0)
+    if (format->read(&disk_files, path, settings, &got, message) < 0)
         fail_msg("%s", message);
     unlink(path);
     return got;
@@ -87,18 +87,19 @@ static bool is_inside(const struct plan_axis *axis)
     return count == 0;
 }
 
-static struct import_fit fit_of(const struct import_wish *wish, bool sampled,
-                                struct plan_axis *axis)
+static struct import_fit fit_of(const struct import_settings *settings,
+                                bool sampled, struct plan_axis *axis)
 {
     struct import_fit fit;
     struct plan_error error;
-    assert_int_equal(import_fit(wish, sampled, axis, &fit, &error), 0);
+    assert_int_equal(import_fit(settings, sampled, axis, &fit, &error), 0);
     return fit;
 }
 
-static struct import_wish wish_of(void)
+static struct import_settings settings_of(void)
 {
-    return (struct import_wish){ .rig = &job.rig, .curve = PLAN_CURVE_QUINTIC };
+    return (struct import_settings){ .rig = &job.rig,
+                                     .curve = PLAN_CURVE_QUINTIC };
 }
 
 /* Times and positions of an axis, to see that they stay. */
@@ -121,12 +122,12 @@ static void tables_take_a_curve_inside_the_limits(void **state)
     (void)state;
     for (const struct import_format *f = import_format; f->name != NULL; f++)
         for (size_t i = 0; i < ARRAY_LEN(rates) && f->sampled; i++) {
-            struct import_wish wish = wish_of();
-            struct imported got = there_and_back(f, &rates[i], &wish);
+            struct import_settings settings = settings_of();
+            struct imported got = there_and_back(f, &rates[i], &settings);
             for (uint32_t a = 0; a < got.move.axis_count; a++) {
                 struct plan_axis *axis = &got.move.axis[a];
                 const int64_t sum = sum_of(axis);
-                const struct import_fit fit = fit_of(&wish, true, axis);
+                const struct import_fit fit = fit_of(&settings, true, axis);
                 assert_int_equal(sum_of(axis), sum);
                 assert_true(fit.passes || fit.changed);
                 assert_true(is_inside(axis));
@@ -141,14 +142,14 @@ static void tables_take_a_curve_inside_the_limits(void **state)
 
 static void a_curve_that_was_said_stays(void **state)
 {
-    struct import_wish wish = wish_of();
+    struct import_settings settings = settings_of();
     char text[IMPORT_FIT_MAX];
     (void)state;
-    wish.has_curve = true;
+    settings.has_curve = true;
     struct imported got =
-        there_and_back(import_format_find("kuper"), &rates[0], &wish);
+        there_and_back(import_format_find("kuper"), &rates[0], &settings);
     struct plan_axis *dolly = &got.move.axis[0];
-    const struct import_fit fit = fit_of(&wish, true, dolly);
+    const struct import_fit fit = fit_of(&settings, true, dolly);
     assert_true(!fit.passes && !fit.changed && fit.has_other);
     assert_int_equal(dolly->curve, PLAN_CURVE_QUINTIC);
     import_fit_text(&fit, &job.rig, dolly, text);
@@ -163,16 +164,16 @@ static void tangents_stay_unless_a_curve_is_said(void **state)
     static const char *const formats[] = { "maya", "blender" };
     (void)state;
     for (size_t i = 0; i < 2 * ARRAY_LEN(formats); i++) {
-        struct import_wish wish = wish_of();
+        struct import_settings settings = settings_of();
         unsigned inside = 0, changed = 0;
-        wish.curve = PLAN_CURVE_C4;
-        wish.has_curve = i % 2;
+        settings.curve = PLAN_CURVE_C4;
+        settings.has_curve = i % 2;
         struct imported got = there_and_back(import_format_find(formats[i / 2]),
-                                             &rates[0], &wish);
+                                             &rates[0], &settings);
         for (uint32_t a = 0; a < got.move.axis_count; a++) {
             struct plan_axis *axis = &got.move.axis[a];
             const enum plan_curve before = axis->curve;
-            const struct import_fit fit = fit_of(&wish, false, axis);
+            const struct import_fit fit = fit_of(&settings, false, axis);
             assert_true(fit.passes || fit.changed || fit.has_other);
             assert_int_equal(axis->curve, fit.changed ? PLAN_CURVE_C4 : before);
             inside += is_inside(axis);
@@ -187,17 +188,17 @@ static void tangents_stay_unless_a_curve_is_said(void **state)
 /* Cycles are the handles' alone: no other curve has them. */
 static void cycles_are_not_dropped(void **state)
 {
-    struct import_wish wish = wish_of();
+    struct import_settings settings = settings_of();
     char text[IMPORT_FIT_MAX];
     (void)state;
-    wish.curve = PLAN_CURVE_C4;
-    wish.has_curve = true;
+    settings.curve = PLAN_CURVE_C4;
+    settings.has_curve = true;
     struct imported got =
-        there_and_back(import_format_find("blender"), &rates[0], &wish);
+        there_and_back(import_format_find("blender"), &rates[0], &settings);
     struct plan_axis *dolly = &got.move.axis[0];
     dolly->bezier.after.mode = MOTION_FCURVE_REPEAT_OFFSET;
     dolly->bezier.after.count = 2;
-    const struct import_fit fit = fit_of(&wish, false, dolly);
+    const struct import_fit fit = fit_of(&settings, false, dolly);
     assert_true(!fit.passes && !fit.changed && !fit.has_other);
     import_fit_text(&fit, &job.rig, dolly, text);
     assert_non_null(strstr(text, "so does every curve"));
@@ -211,10 +212,10 @@ static void a_drive_s_own_profile_keeps_where_it_rests(void **state)
     static const int64_t want_deg[] = { 0, 90, 180, 270 };
     (void)state;
     for (const struct import_format *f = import_format; f->name != NULL; f++) {
-        struct import_wish wish = wish_of();
-        struct imported got = there_and_back(f, &rates[2], &wish);
+        struct import_settings settings = settings_of();
+        struct imported got = there_and_back(f, &rates[2], &settings);
         struct plan_axis *axis = &got.move.axis[0];
-        const struct import_fit fit = fit_of(&wish, f->sampled, axis);
+        const struct import_fit fit = fit_of(&settings, f->sampled, axis);
         char text[IMPORT_FIT_MAX];
         assert_true(fit.passes);
         assert_true(fit.kept == 4 && fit.of > 10 && axis->key_count == 4);
@@ -228,7 +229,7 @@ static void a_drive_s_own_profile_keeps_where_it_rests(void **state)
                         3 * MOTION_FIXED_S_Q12 + 9);
         assert_in_range(axis->key[3].key.t_ns_q12, 8 * MOTION_FIXED_S_Q12 - 9,
                         9 * MOTION_FIXED_S_Q12);
-        import_fit_text(&fit, wish.rig, axis, text);
+        import_fit_text(&fit, settings.rig, axis, text);
         assert_non_null(strstr(text, "its drive goes from key to key"));
         move_free(&got.move);
     }
@@ -236,7 +237,7 @@ static void a_drive_s_own_profile_keeps_where_it_rests(void **state)
 
 static void one_that_turns_without_a_rest_is_refused(void **state)
 {
-    struct import_wish wish = wish_of();
+    struct import_settings settings = settings_of();
     struct import_fit fit;
     struct plan_error error;
     struct plan_key key[3] = { { .key = { .t_ns_q12 = 0 } } };
@@ -248,7 +249,7 @@ static void one_that_turns_without_a_rest_is_refused(void **state)
             .pos_q32 = k == 1 ? 30 * MOTION_FIXED_ONE_Q32 : 0,
         };
     key[1].place = (struct plan_place){ 7, 3 };
-    assert_true(import_fit(&wish, true, &axis, &fit, &error) < 0);
+    assert_true(import_fit(&settings, true, &axis, &fit, &error) < 0);
     assert_non_null(strstr(error.text, "turns back here without resting"));
     assert_int_equal(error.place.line, 7);
 }
@@ -256,15 +257,15 @@ static void one_that_turns_without_a_rest_is_refused(void **state)
 /* At its limits, so that every curve through the samples is over one. */
 static void what_more_time_cures_is_said(void **state)
 {
-    struct import_wish wish = wish_of();
+    struct import_settings settings = settings_of();
     struct imported got =
-        there_and_back(import_format_find("kuper"), &rates[2], &wish);
+        there_and_back(import_format_find("kuper"), &rates[2], &settings);
     struct plan_axis *axis = &got.move.axis[0];
-    const struct import_fit fit = fit_of(&wish, true, axis);
+    const struct import_fit fit = fit_of(&settings, true, axis);
     char text[IMPORT_FIT_MAX];
     (void)state;
     assert_true(!fit.passes && fit.changed && fit.needs_time);
-    import_fit_text(&fit, wish.rig, axis, text);
+    import_fit_text(&fit, settings.rig, axis, text);
     assert_non_null(strstr(text, "slew fit cures"));
     move_free(&got.move);
 }

@@ -22,13 +22,14 @@ static struct imported got;
 static int read_text(const char *text, const char *columns)
 {
     const char *path = import_bench_write(text, strlen(text));
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     int err;
     import_bench_message[0] = '\0';
     if (columns != NULL)
         assert_int_equal(
-            import_wish_columns(&wish, columns, import_bench_message), 0);
-    err = import_ros(&disk_files, path, &wish, &got, import_bench_message);
+            import_settings_columns(&settings, columns, import_bench_message),
+            0);
+    err = import_ros(&disk_files, path, &settings, &got, import_bench_message);
     unlink(path);
     return err;
 }
@@ -166,16 +167,17 @@ static void there_and_back(const char *format)
     static struct job job;
     const char *const paths[] = { "examples/dolly" };
     const struct units_fps none = { 0, 0 };
-    struct import_wish wish = import_bench_wish(0);
+    struct import_settings settings = import_bench_settings(0);
     const char *path = import_bench_path("there");
     FILE *file = fopen(path, "wb");
     assert_int_equal(planning_open(&job, paths, 1, false), STATUS_OK);
-    wish.rig = &job.rig;
+    settings.rig = &job.rig;
     if (import_format_find(format)->write(&job, &none, file,
                                           import_bench_message) < 0)
         fail_msg("%s", import_bench_message);
     fclose(file);
-    if (import_ros(&disk_files, path, &wish, &got, import_bench_message) < 0)
+    if (import_ros(&disk_files, path, &settings, &got, import_bench_message) <
+        0)
         fail_msg("%s", import_bench_message);
     unlink(path);
     assert_int_equal(got.move.axis_count, job.move.axis_count);

@@ -27,10 +27,10 @@
 
 static int read_text(const char *text, uint64_t fps, struct imported *got)
 {
-    const struct import_wish wish = import_bench_wish(fps);
+    const struct import_settings settings = import_bench_settings(fps);
     const char *path = import_bench_write(text, strlen(text));
-    const int err =
-        arcm_format.read(&disk_files, path, &wish, got, import_bench_message);
+    const int err = arcm_format.read(&disk_files, path, &settings, got,
+                                     import_bench_message);
 
     unlink(path);
     return err;
